@@ -1,0 +1,9 @@
+//! isoforge turns a density field into a triangle mesh with WGSL compute passes and leaves the
+//! mesh on the GPU, ready to draw.
+#![warn(missing_docs)]
+#![deny(unsafe_code)]
+
+pub mod field;
+pub mod grid;
+pub mod mesh;
+pub mod volume;
