@@ -4,6 +4,7 @@
 #![deny(unsafe_code)]
 
 pub mod field;
+pub mod gpu;
 pub mod grid;
 pub mod mesh;
 pub mod volume;

@@ -1,0 +1,270 @@
+//! Opening an adapter, or taking the caller's device, and waiting on it without hanging.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Why the GPU could not do the work.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum GpuError {
+    /// No adapter at all.
+    #[error(
+        "no GPU adapter was found ({0}): install a Vulkan, Metal or DirectX 12 driver \
+         (Debian: mesa-vulkan-drivers for the software one), or use the CPU backend"
+    )]
+    NoAdapter(String),
+    /// The adapter refused to open a device.
+    #[error("the adapter {adapter} gave no device: {reason}; use the CPU backend")]
+    NoDevice {
+        /// The adapter's name.
+        adapter: String,
+        /// What the driver said.
+        reason: String,
+    },
+    /// The device was lost: driver reset, unplugged, destroyed.
+    #[error("the GPU device was lost ({0}): start again with a new device, or use the CPU backend")]
+    Lost(String),
+    /// The GPU did not finish within the time limit.
+    #[error(
+        "the GPU did not finish within {0:?}: the field may loop without end, or the grid is too \
+         fine for this adapter; raise the time limit or coarsen the grid"
+    )]
+    Timeout(Duration),
+    /// A buffer could not be allocated.
+    #[error(
+        "the GPU could not allocate {bytes} bytes for {what}: coarsen the grid or lower the memory budget"
+    )]
+    OutOfMemory {
+        /// What the bytes were for.
+        what: String,
+        /// How many.
+        bytes: u64,
+    },
+    /// The driver or wgpu refused a call. A bug in this crate or in the driver.
+    #[error(
+        "the GPU refused the work ({0}); this is a defect: please report it, and use the CPU backend meanwhile"
+    )]
+    Refused(String),
+}
+
+/// Which adapter to open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AdapterChoice {
+    /// The fastest: a discrete GPU before an integrated one before a software one.
+    #[default]
+    Best,
+    /// As `Best`, but a software adapter counts as none.
+    Hardware,
+}
+
+/// A device with its queue, its adapter's properties and the flags that its callbacks raise.
+///
+/// Clones share the device.
+#[derive(Debug, Clone)]
+pub struct Gpu {
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// Name, backend, driver and type of the adapter.
+    pub info: wgpu::AdapterInfo,
+    /// Longest wait for one piece of work.
+    pub time_limit: Duration,
+    state: Arc<State>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    lost: AtomicBool,
+    reason: Mutex<String>,
+}
+
+impl State {
+    fn note(&self, reason: String) {
+        *self.reason.lock().unwrap_or_else(PoisonError::into_inner) = reason;
+    }
+    fn reason(&self) -> String {
+        self.reason.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// Default of [`Gpu::time_limit`].
+pub const TIME_LIMIT: Duration = Duration::from_secs(120);
+
+fn instance() -> wgpu::Instance {
+    wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env())
+}
+
+/// Every adapter of this machine, the best first.
+pub fn adapters() -> Vec<wgpu::Adapter> {
+    let mut found = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::PRIMARY));
+    found.sort_by_key(|a| rank(a.get_info().device_type));
+    found
+}
+
+fn rank(kind: wgpu::DeviceType) -> u8 {
+    match kind {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    }
+}
+
+impl Gpu {
+    /// Opens the adapter of `choice` with all of its limits, and timestamps where it has them.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`], [`GpuError::NoDevice`].
+    pub fn open(choice: AdapterChoice) -> Result<Self, GpuError> {
+        let adapter = adapters()
+            .into_iter()
+            .next()
+            .ok_or_else(|| GpuError::NoAdapter("the driver loader lists none".into()))?;
+        if choice == AdapterChoice::Hardware && adapter.get_info().device_type == wgpu::DeviceType::Cpu {
+            return Err(GpuError::NoAdapter(format!("{} is a software adapter", adapter.get_info().name)));
+        }
+        Self::open_adapter(&adapter)
+    }
+
+    /// Opens a device on `adapter`.
+    ///
+    /// # Errors
+    /// [`GpuError::NoDevice`].
+    pub fn open_adapter(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
+        let info = adapter.get_info();
+        let wanted = wgpu::Features::TIMESTAMP_QUERY;
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("isoforge"),
+            required_features: adapter.features() & wanted,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        }))
+        .map_err(|e| GpuError::NoDevice { adapter: info.name.clone(), reason: e.to_string() })?;
+        let gpu = Self::from_device(device, queue, info);
+        // Without a handler wgpu panics on an error that no scope catches. Only on our own
+        // device: a caller's device keeps the caller's handler.
+        let state = gpu.state.clone();
+        gpu.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| state.note(error.to_string())));
+        Ok(gpu)
+    }
+
+    /// Works on the caller's device. The caller's error handlers stay as they are, except that
+    /// the device-lost callback is taken over.
+    pub fn from_device(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo) -> Self {
+        let state = Arc::new(State::default());
+        let callback = state.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            callback.note(format!("{reason:?}: {message}"));
+            callback.lost.store(true, Ordering::SeqCst);
+        });
+        Self { device, queue, info, time_limit: TIME_LIMIT, state }
+    }
+
+    /// Whether the adapter is software (lavapipe, SwiftShader, WARP).
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// [`GpuError::Lost`] once the device is gone. After a loss wgpu raises nothing and its
+    /// queue looks empty, so every wait asks here.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`].
+    pub fn check(&self) -> Result<(), GpuError> {
+        if self.state.lost.load(Ordering::SeqCst) { Err(GpuError::Lost(self.state.reason())) } else { Ok(()) }
+    }
+
+    /// Waits until all submitted work is done, at most [`Gpu::time_limit`].
+    ///
+    /// # Errors
+    /// [`GpuError::Timeout`], [`GpuError::Lost`]. After a time-out the device may hang when
+    /// dropped: leave the process, or leak it.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        self.check()?;
+        let poll = wgpu::PollType::Wait { submission_index: None, timeout: Some(self.time_limit) };
+        match self.device.poll(poll) {
+            Ok(_) => self.check(),
+            Err(wgpu::PollError::Timeout) => Err(GpuError::Timeout(self.time_limit)),
+            Err(e) => Err(GpuError::Refused(e.to_string())),
+        }
+    }
+
+    /// Runs `work` and turns what wgpu reports of it into an error.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfMemory`], [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn guarded<T>(&self, what: &str, bytes: u64, work: impl FnOnce() -> T) -> Result<T, GpuError> {
+        self.check()?;
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let internal = self.device.push_error_scope(wgpu::ErrorFilter::Internal);
+        let result = work();
+        let internal = pollster::block_on(internal.pop());
+        let validation = pollster::block_on(validation.pop());
+        let memory = pollster::block_on(memory.pop());
+        self.check()?;
+        if memory.is_some() {
+            return Err(GpuError::OutOfMemory { what: what.into(), bytes });
+        }
+        match validation.or(internal) {
+            Some(error) => Err(GpuError::Refused(format!("{what}: {error}"))),
+            None => Ok(result),
+        }
+    }
+
+    /// A new buffer, its contents zero.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfMemory`], [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn buffer(
+        &self,
+        what: &str,
+        bytes: u64,
+        usage: wgpu::BufferUsages,
+    ) -> Result<wgpu::Buffer, GpuError> {
+        // Bindings of size zero are not allowed, and copies want multiples of four.
+        let size = bytes.max(16).next_multiple_of(16);
+        self.guarded(what, size, || {
+            self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(what),
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
+        })
+    }
+
+    /// Reads the first `bytes` bytes of `source` back, waiting for all submitted work.
+    ///
+    /// # Errors
+    /// As [`Gpu::wait`] and [`Gpu::buffer`].
+    pub fn read(&self, source: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+        // Pieces keep the staging memory small whatever the size of the mesh.
+        const PIECE: u64 = 64 << 20;
+        let mut out = Vec::with_capacity(bytes as usize);
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let padded = bytes.next_multiple_of(4);
+        let staging = self.buffer("readback", padded.min(PIECE), usage)?;
+        while (out.len() as u64) < bytes {
+            let from = out.len() as u64;
+            let size = (padded - from).min(PIECE);
+            self.guarded("readback", size, || {
+                let mut encoder = self.device.create_command_encoder(&Default::default());
+                encoder.copy_buffer_to_buffer(source, from, &staging, 0, size);
+                self.queue.submit([encoder.finish()]);
+                staging.slice(..size).map_async(wgpu::MapMode::Read, |_| {});
+            })?;
+            self.wait()?;
+            let useful = (bytes - from).min(size) as usize;
+            {
+                let view = staging.slice(..size).get_mapped_range();
+                let view = view.map_err(|e| GpuError::Refused(format!("readback: {e}")))?;
+                out.extend_from_slice(&view[..useful]);
+            }
+            staging.unmap();
+        }
+        Ok(out)
+    }
+}

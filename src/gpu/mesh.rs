@@ -1,0 +1,147 @@
+//! The mesh as it lies on the GPU: three buffers, ready for a draw call.
+
+use super::{Gpu, GpuError};
+use crate::mesh::{Mesh, Vertex};
+
+/// What the extraction wrote about its mesh, at the start of [`GpuMesh::header`].
+///
+/// The first five words are the arguments of `draw_indexed_indirect`. When the mesh did not fit
+/// (`overflow != 0`), `index_count` is 0, so that a draw call draws nothing, and `vertices`,
+/// `triangles` and `active_bricks` say what would have been needed.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct MeshHeader {
+    /// Indices to draw: three a triangle.
+    pub index_count: u32,
+    /// Always 1.
+    pub instance_count: u32,
+    /// Always 0.
+    pub first_index: u32,
+    /// Always 0.
+    pub base_vertex: i32,
+    /// Always 0.
+    pub first_instance: u32,
+    /// Vertices of the mesh, also when they did not fit.
+    pub vertices: u32,
+    /// Triangles of the mesh, also when they did not fit.
+    pub triangles: u32,
+    /// Bricks that the cull stage kept.
+    pub active_bricks: u32,
+    /// Bits of [`Overflow`]: which capacity was short.
+    pub overflow: u32,
+    /// Samples that were NaN or infinite and counted as outside.
+    pub non_finite: u32,
+    /// Samples at which a loop of the user's WGSL ran away and was stopped.
+    pub runaway: u32,
+    /// Keeps the size a multiple of 16.
+    pub reserved: u32,
+}
+
+/// Bytes of [`MeshHeader`].
+pub const MESH_HEADER_BYTES: u64 = size_of::<MeshHeader>() as u64;
+
+/// The bits of [`MeshHeader::overflow`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Overflow {
+    /// More active bricks than the scratch was made for.
+    Bricks = 1,
+    /// More vertices than the vertex buffer holds.
+    Vertices = 2,
+    /// More triangles than the index buffer holds.
+    Triangles = 4,
+}
+
+/// A mesh in GPU buffers.
+#[derive(Debug, Clone)]
+pub struct GpuMesh {
+    /// [`Vertex`] after [`Vertex`], 24 bytes each. Usage: vertex, storage, copy source.
+    pub vertices: wgpu::Buffer,
+    /// `u32` vertex numbers, three a triangle. Usage: index, storage, copy source.
+    pub indices: wgpu::Buffer,
+    /// A [`MeshHeader`]. Usage: indirect, storage, copy source and destination.
+    pub header: wgpu::Buffer,
+    /// Vertices that the vertex buffer holds.
+    pub vertex_capacity: u32,
+    /// Triangles that the index buffer holds.
+    pub triangle_capacity: u32,
+}
+
+impl GpuMesh {
+    /// How a render pipeline reads [`GpuMesh::vertices`]: location 0 position, location 1 normal.
+    pub const VERTEX_LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: size_of::<Vertex>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
+    };
+
+    /// Empty buffers for at most `vertices` and `triangles`. A header of zeros draws nothing.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfMemory`], [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn with_capacity(gpu: &Gpu, vertices: u32, triangles: u32) -> Result<Self, GpuError> {
+        use wgpu::BufferUsages as U;
+        let shared = U::STORAGE | U::COPY_SRC | U::COPY_DST;
+        let vertex_bytes = u64::from(vertices) * size_of::<Vertex>() as u64;
+        Ok(Self {
+            vertices: gpu.buffer("mesh vertices", vertex_bytes, shared | U::VERTEX)?,
+            indices: gpu.buffer("mesh indices", u64::from(triangles) * 12, shared | U::INDEX)?,
+            header: gpu.buffer("mesh header", MESH_HEADER_BYTES, shared | U::INDIRECT)?,
+            vertex_capacity: vertices,
+            triangle_capacity: triangles,
+        })
+    }
+
+    /// Puts a mesh from main memory on the GPU.
+    ///
+    /// # Errors
+    /// As [`GpuMesh::with_capacity`].
+    pub fn upload(gpu: &Gpu, mesh: &Mesh) -> Result<Self, GpuError> {
+        let (vertices, triangles) = (mesh.vertices.len() as u32, mesh.triangles.len() as u32);
+        let on_gpu = Self::with_capacity(gpu, vertices, triangles)?;
+        let header = MeshHeader {
+            index_count: triangles * 3,
+            instance_count: 1,
+            vertices,
+            triangles,
+            ..MeshHeader::default()
+        };
+        gpu.queue.write_buffer(&on_gpu.vertices, 0, bytemuck::cast_slice(&mesh.vertices));
+        gpu.queue.write_buffer(&on_gpu.indices, 0, bytemuck::cast_slice(&mesh.triangles));
+        gpu.queue.write_buffer(&on_gpu.header, 0, bytemuck::bytes_of(&header));
+        Ok(on_gpu)
+    }
+
+    /// Draws the mesh: sets vertex buffer 0 and the index buffer, and draws indirectly. The pass's
+    /// pipeline must take [`GpuMesh::VERTEX_LAYOUT`], triangle list, counter-clockwise front.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_vertex_buffer(0, self.vertices.slice(..));
+        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed_indirect(&self.header, 0);
+    }
+
+    /// Reads the header back, waiting for the work that writes it.
+    ///
+    /// # Errors
+    /// As [`Gpu::read`].
+    pub fn read_header(&self, gpu: &Gpu) -> Result<MeshHeader, GpuError> {
+        Ok(bytemuck::pod_read_unaligned(&gpu.read(&self.header, MESH_HEADER_BYTES)?))
+    }
+
+    /// Reads the mesh back. A mesh that overflowed comes back empty.
+    ///
+    /// # Errors
+    /// As [`Gpu::read`].
+    pub fn read(&self, gpu: &Gpu) -> Result<Mesh, GpuError> {
+        let header = self.read_header(gpu)?;
+        if header.overflow != 0 || header.triangles == 0 {
+            return Ok(Mesh::default());
+        }
+        let vertices = gpu.read(&self.vertices, u64::from(header.vertices) * size_of::<Vertex>() as u64)?;
+        let triangles = gpu.read(&self.indices, u64::from(header.triangles) * 12)?;
+        Ok(Mesh {
+            vertices: bytemuck::pod_collect_to_vec(&vertices),
+            triangles: bytemuck::pod_collect_to_vec(&triangles),
+        })
+    }
+}
