@@ -1,4 +1,14 @@
 //! Density fields: what the sample stage evaluates.
+//!
+//! [`Field`] is the one trait between fields and extraction. A field says which side of iso is
+//! inside, and gives values and gradients on the CPU over slices of points, on the GPU as WGSL
+//! text, or both. [`named`] has the fields with a name, [`user`] the WGSL functions of users.
+
+pub mod named;
+pub mod turns;
+pub mod user;
+
+use std::fmt;
 
 /// Which side of the iso value is inside the solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -7,4 +17,96 @@ pub enum Sense {
     Below,
     /// Density-like: inside is above the iso value (blobs, CT volumes).
     Above,
+}
+
+/// Points in world units, one slice a coordinate, all of one length.
+#[derive(Debug, Clone, Copy)]
+pub struct Points<'a> {
+    /// x of each point.
+    pub x: &'a [f32],
+    /// y of each point.
+    pub y: &'a [f32],
+    /// z of each point.
+    pub z: &'a [f32],
+}
+
+impl Points<'_> {
+    /// Calls `f(x, y, z)` for every point and stores what it gives in `out`.
+    #[inline(always)]
+    pub fn map<T>(&self, out: &mut [T], f: impl Fn(f32, f32, f32) -> T) {
+        for (((out, &x), &y), &z) in out.iter_mut().zip(self.x).zip(self.y).zip(self.z) {
+            *out = f(x, y, z);
+        }
+    }
+}
+
+/// A field as WGSL text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wgsl {
+    /// Defines `fn density(p: vec3<f32>) -> f32`, and `fn density_gradient(p: vec3<f32>) -> vec3<f32>`
+    /// if `has_gradient`. May read `field_parameters[i]` (`vec4<f32>`, i < 16), and call `sin_turns` and
+    /// `cos_turns`.
+    pub source: String,
+    /// Whether the source has its own gradient; else central differences are taken.
+    pub has_gradient: bool,
+    /// What `field_parameters` holds. Changing these compiles nothing.
+    pub parameters: Vec<f32>,
+    /// Whether the source counts the iterations of its loops and stops those that run away
+    /// ([`user`] says how).
+    pub counts_loops: bool,
+}
+
+/// Vectors of parameters that a field may have on the GPU.
+pub const PARAMETER_VECTORS: usize = 16;
+
+/// Why a field cannot be evaluated in a place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NoForm {
+    /// Nothing evaluates the field on the CPU.
+    #[error("this field is a WGSL function, which only a GPU adapter evaluates: use `--backend gpu`")]
+    Cpu,
+    /// The field has no WGSL.
+    #[error("this field has no WGSL form: use `--backend cpu`")]
+    Gpu,
+}
+
+/// A density field over world space.
+///
+/// Either of [`Field::values`] and [`Field::wgsl`] may be missing, not both.
+pub trait Field: Send + Sync + fmt::Debug {
+    /// Which side of iso is inside.
+    fn sense(&self) -> Sense;
+
+    /// The values at `points`, into `out` (as long as each slice of `points`).
+    ///
+    /// # Errors
+    /// [`NoForm::Cpu`] if only a GPU evaluates the field.
+    fn values(&self, points: Points<'_>, out: &mut [f32]) -> Result<(), NoForm>;
+
+    /// The gradients at `points`, of any length: only the direction is used. By default central
+    /// differences over ± `delta` world units along each axis.
+    ///
+    /// # Errors
+    /// As [`Field::values`].
+    fn gradients(&self, points: Points<'_>, delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+        let n = out.len();
+        let (mut shifted, mut high, mut low) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        for axis in 0..3 {
+            for (offset, values) in [(delta, &mut high), (-delta, &mut low)] {
+                let base = [points.x, points.y, points.z][axis];
+                shifted.iter_mut().zip(base).for_each(|(s, b)| *s = b + offset);
+                let mut at = points;
+                *[&mut at.x, &mut at.y, &mut at.z][axis] = &shifted;
+                self.values(at, values)?;
+            }
+            out.iter_mut().zip(high.iter().zip(&low)).for_each(|(g, (h, l))| g[axis] = h - l);
+        }
+        Ok(())
+    }
+
+    /// The field as WGSL.
+    ///
+    /// # Errors
+    /// [`NoForm::Gpu`] if only the CPU evaluates the field.
+    fn wgsl(&self) -> Result<Wgsl, NoForm>;
 }

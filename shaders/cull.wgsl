@@ -1,0 +1,127 @@
+// cull: keeps the bricks that can hold surface.
+//
+// `range` builds a volume's table of lowest and highest sample a brick, once a volume; `cull` marks
+// the bricks whose range straddles iso, or all of them for a field without bounds; `compact` turns
+// the scanned marks into the list of active bricks, in brick order, and the dispatch arguments.
+// CPU twin: src/stage/cull/cpu.rs.
+
+// Lowest and highest order key of a brick's samples. A brick with samples that are not finite beside
+// finite ones has the widest range; a brick of none but such has an empty one.
+@group(0) @binding(3) var<storage, read_write> ranges: array<vec2<u32>>;
+@group(0) @binding(4) var<storage, read_write> marks: array<vec2<u32>>;
+@group(0) @binding(5) var<storage, read_write> slots: array<u32>;
+@group(0) @binding(6) var<storage, read_write> active_list: array<u32>;
+@group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;
+
+const NO_SLOT = 0xffffffffu;
+const MAX_GROUPS = 65535u;
+
+var<workgroup> lows: array<u32, 81>;
+var<workgroup> highs: array<u32, 81>;
+var<workgroup> odd: array<u32, 81>;
+
+@compute @workgroup_size(9, 9)
+fn range(
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) row: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let index = group.y * groups.x + group.x;
+    let live = index < params.slab_bricks;
+    let origin = brick_origin(params.first_brick + min(index, params.slab_bricks - 1u));
+    // One row of nine along x an invocation. Points past the grid's end repeat the last one.
+    var low = 0xffffffffu;
+    var high = 0u;
+    var not_finite = 0u;
+    var owned = 0u;
+    let point = origin + vec3<u32>(0u, local.xy);
+    let row_owned = local.x < 8u && local.y < 8u && point.y < params.points.y && point.z < params.points.z;
+    for (var x = 0u; x < 9u; x++) {
+        let bits = sample_bits(0u, origin, vec3<u32>(x, local.xy));
+        let key = order_key(bits);
+        if is_finite(bits) {
+            low = min(low, key);
+            high = max(high, key);
+        } else {
+            not_finite++;
+            owned += u32(row_owned && x < 8u && origin.x + x < params.points.x);
+        }
+    }
+    if live && owned > 0u && index < params.own_bricks {
+        atomicAdd(&work.non_finite, owned);
+    }
+    lows[row] = low;
+    highs[row] = high;
+    odd[row] = not_finite;
+    workgroupBarrier();
+    if live && row == 0u {
+        for (var i = 1u; i < 81u; i++) {
+            low = min(low, lows[i]);
+            high = max(high, highs[i]);
+            not_finite += odd[i];
+        }
+        if not_finite > 0u && not_finite < 729u {
+            low = 0u;
+            high = 0xffffffffu;
+        }
+        ranges[index] = vec2<u32>(low, high);
+    }
+}
+
+// Whether a brick with this range can have samples on both sides.
+fn straddles(low: u32, high: u32) -> bool {
+    let flipped = params.flip != 0u;
+    let innermost = select(low, ~high, flipped);
+    let outermost = select(high, ~low, flipped);
+    return low <= high && innermost < params.iso_key && outermost >= params.iso_key;
+}
+
+@compute @workgroup_size(64)
+fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let index = id.y * groups.x * 64u + id.x;
+    if index < params.slab_bricks {
+        let r = ranges[index];
+        marks[index] = vec2<u32>(u32(straddles(r.x, r.y)), 0u);
+    }
+}
+
+@compute @workgroup_size(64)
+fn keep_all(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let index = id.y * groups.x * 64u + id.x;
+    if index < params.slab_bricks {
+        marks[index] = vec2<u32>(1u, 0u);
+    }
+}
+
+// `marks` now holds the exclusive prefix sums, with the total behind the last brick.
+@compute @workgroup_size(64)
+fn compact(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let index = id.y * groups.x * 64u + id.x;
+    if index < params.slab_bricks {
+        let slot = marks[index].x;
+        let kept = marks[index + 1u].x > slot;
+        slots[index] = select(NO_SLOT, slot, kept);
+        if kept {
+            active_list[slot] = params.first_brick + index;
+        }
+    }
+    if index == 0u {
+        work.active_bricks = marks[params.slab_bricks].x;
+        work.own_active = marks[params.own_bricks].x;
+        for (var batch = 0u; batch < work.batches; batch++) {
+            let first = batch * work.batch_slots;
+            write_dispatch(2u * batch, first, work.active_bricks);
+            write_dispatch(2u * batch + 1u, first, work.own_active);
+        }
+    }
+}
+
+// Arguments for one workgroup a slot from `first` to `end`, at most a batch.
+fn write_dispatch(place: u32, first: u32, end: u32) {
+    let count = min(end - min(first, end), work.batch_slots);
+    let x = min(count, MAX_GROUPS);
+    dispatches[3u * place] = x;
+    dispatches[3u * place + 1u] = select(0u, (count + MAX_GROUPS - 1u) / MAX_GROUPS, count > 0u);
+    dispatches[3u * place + 2u] = 1u;
+}

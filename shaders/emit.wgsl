@@ -1,0 +1,179 @@
+// emit: every crossed owned edge becomes one vertex, every cell's triangles their indices.
+//
+// Vertices lie in the order of their brick, plane, row, axis and place in the row; triangles in that
+// of their brick and cell. A cell finds the vertices of the bricks beside it through the brick map
+// and the prefix of the edge masks, so the mesh is welded across bricks. CPU twin: src/stage/emit/cpu.rs.
+
+@group(0) @binding(5) var<storage, read> slots: array<u32>;
+@group(0) @binding(6) var<storage, read> active_list: array<u32>;
+@group(0) @binding(8) var<storage, read> records: array<BrickRecord>;
+// First vertex and triangle of each slot, within the slab.
+@group(0) @binding(9) var<storage, read> offsets: array<vec2<u32>>;
+@group(0) @binding(10) var<uniform> table: array<vec4<u32>, 128>;
+@group(0) @binding(13) var<storage, read_write> vertices: array<f32>;
+@group(0) @binding(14) var<storage, read_write> indices: array<u32>;
+@group(0) @binding(15) var<storage, read_write> header: array<u32, 12>;
+
+// The edge of vertex `k` of a brick: its owner's x, y, z and its axis.
+fn edge_of_vertex(slot: u32, k: u32) -> vec4<u32> {
+    var z = 0u;
+    for (var i = 1u; i < 8u; i++) {
+        z += u32((records[slot].planes[i] & 0xffffu) <= k);
+    }
+    let in_plane = k - (records[slot].planes[z] & 0xffffu);
+    var y = 0u;
+    for (var i = 1u; i < 8u; i++) {
+        y += u32((records[slot].rows[8u * z + i] >> 24u) <= in_plane);
+    }
+    let row = records[slot].rows[8u * z + y];
+    var edges = row & 0xffffffu;
+    for (var skip = in_plane - (row >> 24u); skip > 0u; skip--) {
+        edges &= edges - 1u;
+    }
+    let bit = countTrailingZeros(edges);
+    return vec4<u32>(bit & 7u, y, z, bit >> 3u);
+}
+
+// Where between the edge's ends the value is iso; in the middle where the ends do not tell.
+fn crossing(a: f32, b: f32) -> f32 {
+    let t = (params.iso - a) / (b - a);
+    let sure = is_finite(bitcast<u32>(a)) && is_finite(bitcast<u32>(b)) && is_finite(bitcast<u32>(t));
+    return select(0.5, clamp(t, 0.0, 1.0), sure);
+}
+
+fn largest(v: vec3<f32>) -> f32 {
+    return max(abs(v.x), max(abs(v.y), abs(v.z)));
+}
+
+// `v` at unit length, or the fallback where v has no direction. Scaling first keeps the squares
+// from overflowing and underflowing.
+fn unit_or(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
+    let m = largest(v);
+    let known = m > 0.0 && is_finite(bitcast<u32>(v.x)) && is_finite(bitcast<u32>(v.y)) && is_finite(bitcast<u32>(v.z));
+    let w = select(fallback, v, known);
+    let scaled = w / largest(w);
+    return scaled / sqrt((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z);
+}
+
+@compute @workgroup_size(64)
+fn emit_vertices(
+    @builtin(local_invocation_index) lane: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let slot = slot_of(group, groups);
+    if slot >= work.own_active {
+        return;
+    }
+    let origin = brick_origin(active_list[slot]);
+    let first = offsets[slot].x;
+    let count = offsets[slot + 1u].x - first;
+    for (var k = lane; k < count; k += 64u) {
+        let place = params.first_vertex + first + k - params.vertex_window;
+        if place >= params.vertex_capacity {
+            break;
+        }
+        let edge = edge_of_vertex(slot, k);
+        let axis = vec3<u32>(vec3<u32>(0u, 1u, 2u) == vec3<u32>(edge.w));
+        let a = sample_bits(slot, origin, edge.xyz);
+        let b = sample_bits(slot, origin, edge.xyz + axis);
+        let t = crossing(bitcast<f32>(a), bitcast<f32>(b));
+        let q = vec3<f32>(origin + edge.xyz) + vec3<f32>(axis) * t;
+        let position = grid_position(q);
+        // Where the gradient says nothing, the normal runs along the edge, out of the solid.
+        let along = (params.step_x * f32(axis.x) + params.step_y * f32(axis.y)) + params.step_z * f32(axis.z);
+        let outwards = select(-along, along, is_inside(a));
+        let normal = unit_or(outward_vector(origin, edge.xyz, axis, t, position), outwards);
+        let out = 6u * place;
+        vertices[out] = position.x;
+        vertices[out + 1u] = position.y;
+        vertices[out + 2u] = position.z;
+        vertices[out + 3u] = normal.x;
+        vertices[out + 4u] = normal.y;
+        vertices[out + 5u] = normal.z;
+    }
+    report_runaway();
+}
+
+// Number of the vertex on edge `edge` of the cell whose lowest corner is point `cell` of the brick.
+fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32) -> u32 {
+    let axis = edge >> 2u;
+    let one = edge & 1u;
+    let two = (edge >> 1u) & 1u;
+    let owner = cell + vec3<u32>(
+        select(one, 0u, axis == 0u),
+        select(select(two, 0u, axis == 1u), one, axis == 0u),
+        select(two, 0u, axis == 2u),
+    );
+    // 1 where the owner lies in the next brick along an axis.
+    let next = owner >> vec3<u32>(3u);
+    let p = owner & vec3<u32>(7u);
+    let beside = brick + next.x + params.bricks.x * (next.y + params.bricks.y * next.z);
+    let slot = slots[beside - params.first_brick];
+    let row = records[slot].rows[p.y + 8u * p.z];
+    let earlier = row & ((1u << (8u * axis + p.x)) - 1u);
+    return params.first_vertex + offsets[slot].x + (records[slot].planes[p.z] & 0xffffu) + (row >> 24u) + countOneBits(earlier);
+}
+
+@compute @workgroup_size(8, 8)
+fn emit_indices(
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) row: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let slot = slot_of(group, groups);
+    if slot >= work.own_active {
+        return;
+    }
+    let brick = active_list[slot];
+    let origin = brick_origin(brick);
+    let in_plane = (records[slot].triangles[row / 2u] >> (16u * (row & 1u))) & 0xffffu;
+    var triangle = params.first_triangle + offsets[slot].y + (records[slot].planes[local.y] >> 16u) + in_plane;
+    triangle -= params.triangle_window;
+    let shape = row_shape(origin, local.x, local.y);
+    let bits = inside_rows(slot, origin, local.x, local.y);
+    for (var x = 0u; x < shape.cells; x++) {
+        var words = table_words(cell_case(bits, x));
+        for (var left = words.x & 15u; left > 0u; left--) {
+            // Drop what was used: the count first, then each triangle's three edges.
+            words.x = (words.x >> 4u) | (words.y << 28u);
+            words.y >>= 4u;
+            let cell = vec3<u32>(x, local.xy);
+            let a = vertex_on(words.x & 15u, cell, brick);
+            let b = vertex_on((words.x >> 4u) & 15u, cell, brick);
+            let c = vertex_on((words.x >> 8u) & 15u, cell, brick);
+            words.x = (words.x >> 8u) | (words.y << 24u);
+            words.y >>= 8u;
+            if triangle < params.triangle_capacity {
+                indices[3u * triangle] = a;
+                indices[3u * triangle + 1u] = select(b, c, params.mirrored == 1u);
+                indices[3u * triangle + 2u] = select(c, b, params.mirrored == 1u);
+            }
+            triangle++;
+        }
+    }
+}
+
+// The totals of the slab's own bricks, and the mesh header (`MeshHeader` in src/gpu/mesh.rs): draw
+// arguments that draw nothing when a buffer is too short, and the sizes needed.
+@compute @workgroup_size(1)
+fn totals() {
+    let total = offsets[work.own_active];
+    work.vertices = total.x;
+    work.triangles = total.y;
+    let vertices_short = total.x > params.vertex_capacity;
+    let triangles_short = total.y > params.triangle_capacity;
+    header[0] = select(3u * total.y, 0u, vertices_short || triangles_short);
+    header[1] = 1u;
+    header[2] = 0u;
+    header[3] = 0u;
+    header[4] = 0u;
+    header[5] = total.x;
+    header[6] = total.y;
+    header[7] = work.own_active;
+    header[8] = select(0u, 2u, vertices_short) | select(0u, 4u, triangles_short);
+    header[9] = atomicLoad(&work.non_finite);
+    header[10] = atomicLoad(&work.runaway);
+    header[11] = 0u;
+}

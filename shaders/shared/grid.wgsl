@@ -1,0 +1,17 @@
+// Grid and brick indexing; src/grid.rs is the twin.
+
+// World position at grid coordinates `q`. The order of operations is that of `Grid::position`.
+fn grid_position(q: vec3<f32>) -> vec3<f32> {
+    return params.origin + ((params.step_x * q.x + params.step_y * q.y) + params.step_z * q.z);
+}
+
+// Lowest point of a brick.
+fn brick_origin(brick: u32) -> vec3<u32> {
+    let b = params.bricks;
+    return vec3<u32>(brick % b.x, (brick / b.x) % b.y, brick / (b.x * b.y)) * 8u;
+}
+
+// Which slot a workgroup works on: slots go along x, then y, since a dimension holds 65535 groups.
+fn slot_of(group: vec3<u32>, groups: vec3<u32>) -> u32 {
+    return params.first_slot + group.y * groups.x + group.x;
+}

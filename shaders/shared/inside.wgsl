@@ -1,0 +1,19 @@
+// The one inside test and its tie rule, on the bits of a sample; src/stage/inside.rs is its twin.
+//
+// A sample is inside when it is finite and strictly below iso (above, where `params.flip` is all
+// ones). So a sample equal to iso is outside, and so are NaN and both infinities. Integer compares
+// give the same answer on every driver, also where denormals are flushed and NaN is assumed away.
+
+// A number that orders as the float does; -0 is +0.
+fn order_key(bits: u32) -> u32 {
+    let b = select(bits, 0u, bits == 0x80000000u);
+    return select(b | 0x80000000u, ~b, (b >> 31u) == 1u);
+}
+
+fn is_finite(bits: u32) -> bool {
+    return (bits & 0x7f800000u) != 0x7f800000u;
+}
+
+fn is_inside(bits: u32) -> bool {
+    return is_finite(bits) && (order_key(bits) ^ params.flip) < params.iso_key;
+}

@@ -1,0 +1,70 @@
+// A row of eight points of a brick: what lies inside the grid, which corners are inside the solid,
+// and the cells' cases. Shared by classify and emit; src/stage/classify/row.rs is the twin.
+
+struct RowShape {
+    // Bit x: the row's point x is a point of the grid.
+    owned: u32,
+    // Points that have a +x, +y, +z edge.
+    along_x: u32,
+    along_y: u32,
+    along_z: u32,
+    // Cells of the row.
+    cells: u32,
+}
+
+fn low_bits(count: u32) -> u32 {
+    return (1u << min(count, 8u)) - 1u;
+}
+
+fn row_shape(origin: vec3<u32>, y: u32, z: u32) -> RowShape {
+    let p = params.points;
+    let exists = origin.y + y < p.y && origin.z + z < p.z;
+    let has_y = exists && origin.y + y + 1u < p.y;
+    let has_z = exists && origin.z + z + 1u < p.z;
+    let points = low_bits(p.x - origin.x);
+    let cells = min(p.x - origin.x - 1u, 8u);
+    return RowShape(
+        select(0u, points, exists),
+        select(0u, low_bits(cells), exists),
+        select(0u, points, has_y),
+        select(0u, points, has_z),
+        select(0u, cells, has_y && has_z),
+    );
+}
+
+fn inside_row(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {
+    var bits = 0u;
+    for (var x = 0u; x < 9u; x++) {
+        bits |= u32(is_inside(sample_bits(slot, origin, vec3<u32>(x, y, z)))) << x;
+    }
+    return bits;
+}
+
+// Inside bits of the nine points of the rows (y, z), (y+1, z), (y, z+1), (y+1, z+1).
+fn inside_rows(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> vec4<u32> {
+    return vec4<u32>(
+        inside_row(slot, origin, y, z),
+        inside_row(slot, origin, y + 1u, z),
+        inside_row(slot, origin, y, z + 1u),
+        inside_row(slot, origin, y + 1u, z + 1u),
+    );
+}
+
+// The row's crossed owned edges: +x in bits 0-7, +y in 8-15, +z in 16-23.
+fn crossed_edges(bits: vec4<u32>, shape: RowShape) -> u32 {
+    let x = (bits.x ^ (bits.x >> 1u)) & shape.along_x;
+    let y = (bits.x ^ bits.y) & shape.along_y;
+    let z = (bits.x ^ bits.z) & shape.along_z;
+    return x | (y << 8u) | (z << 16u);
+}
+
+fn cell_case(bits: vec4<u32>, x: u32) -> u32 {
+    let pairs = (bits >> vec4<u32>(x)) & vec4<u32>(3u);
+    return pairs.x | (pairs.y << 2u) | (pairs.z << 4u) | (pairs.w << 6u);
+}
+
+// A case's two packed words (src/table.rs).
+fn table_words(case_byte: u32) -> vec2<u32> {
+    let words = table[case_byte / 2u];
+    return select(words.xy, words.zw, (case_byte & 1u) == 1u);
+}

@@ -1,0 +1,18 @@
+// What the GPU counts of a slab while it works; `Work` in src/stage/params.rs.
+struct Work {
+    // Active bricks with the halo, and the slab's own.
+    active_bricks: u32,
+    own_active: u32,
+    // Vertices and triangles of the slab's own bricks.
+    vertices: u32,
+    triangles: u32,
+    // NaN and infinite samples at the points of own bricks.
+    non_finite: atomic<u32>,
+    // Not 0 once a loop of the user's WGSL was stopped.
+    runaway: atomic<u32>,
+    // Slots that one batch of samples holds, and how many batches the argument buffer has room for.
+    batch_slots: u32,
+    batches: u32,
+}
+
+@group(0) @binding(1) var<storage, read_write> work: Work;

@@ -1,0 +1,38 @@
+// Samples of a volume: read straight from its planes, no copy a brick.
+@group(0) @binding(2) var<storage, read> source: array<u32>;
+
+fn volume_bits(point: vec3<u32>) -> u32 {
+    let p = min(point, params.points - vec3<u32>(1u));
+    return source[p.x + params.points.x * (p.y + params.points.y * (p.z - params.first_plane))];
+}
+
+// Bits of the sample at point `local` (0-8 an axis) of the brick; past the grid's end, of the last.
+fn sample_bits(slot: u32, origin: vec3<u32>, local: vec3<u32>) -> u32 {
+    return volume_bits(origin + local);
+}
+
+// Difference along one axis per grid step: central inside, one-sided at the border.
+fn volume_slope(point: vec3<u32>, axis: vec3<u32>, at: u32, last: u32) -> f32 {
+    let lower = select(point, point - axis, at > 0u);
+    let upper = select(point, point + axis, at < last);
+    let difference = bitcast<f32>(volume_bits(upper)) - bitcast<f32>(volume_bits(lower));
+    return select(difference, difference * 0.5, at > 0u && at < last);
+}
+
+fn volume_gradient(point: vec3<u32>) -> vec3<f32> {
+    let last = params.points - vec3<u32>(1u);
+    return vec3<f32>(
+        volume_slope(point, vec3<u32>(1u, 0u, 0u), point.x, last.x),
+        volume_slope(point, vec3<u32>(0u, 1u, 0u), point.y, last.y),
+        volume_slope(point, vec3<u32>(0u, 0u, 1u), point.z, last.z),
+    );
+}
+
+// Outward vector, not yet of unit length, at the fraction `t` of an owned edge (Lorensen & Cline:
+// gradients at both ends, interpolated as the vertex is).
+fn outward_vector(origin: vec3<u32>, local: vec3<u32>, axis: vec3<u32>, t: f32, position: vec3<f32>) -> vec3<f32> {
+    let a = volume_gradient(origin + local);
+    let b = volume_gradient(origin + local + axis);
+    let g = a + (b - a) * t;
+    return (params.outward_x * g.x + params.outward_y * g.y) + params.outward_z * g.z;
+}

@@ -1,0 +1,305 @@
+//! Fields that a user writes as a WGSL function `fn density(p: vec3<f32>) -> f32`.
+//!
+//! The source is parsed and validated alone, so that errors carry the user's own line and column.
+//! It is then rewritten through naga's representation: every function, type and constant gets a
+//! prefix of its own, so that no helper's name clashes with the library's, and every loop counts
+//! its iterations and leaves when one invocation has made [`MAX_ITERATIONS`]: an endless loop would
+//! hang a GPU, and lavapipe ends it in silence after 65,535 iterations with a wrong value.
+
+use super::{Field, NoForm, Points, Sense, Wgsl};
+use naga::{Block, Expression, Handle, Literal, Module, Span, Statement};
+
+/// Iterations that all loops of the function may make in one invocation of a kernel (which
+/// evaluates the function from three to a few dozen times).
+pub const MAX_ITERATIONS: u32 = 50_000;
+
+/// What is wrong with the user's source, and where.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{file}:{line}:{column}: {message}\n{excerpt}")]
+pub struct UserError {
+    /// The file, as the user named it.
+    pub file: String,
+    /// Line, from 1.
+    pub line: u32,
+    /// Column in characters, from 1.
+    pub column: u32,
+    /// What is wrong and what to do.
+    pub message: String,
+    /// The line with a caret under the place.
+    pub excerpt: String,
+}
+
+/// A checked user function.
+#[derive(Debug, Clone)]
+pub struct UserField {
+    sense: Sense,
+    rewritten: String,
+}
+
+impl UserField {
+    /// Checks `source`; `file` is the name that errors show.
+    ///
+    /// # Errors
+    /// [`UserError`] with line and column: what naga's parser and validator refuse, a missing or
+    /// differently typed `density`, entry points, global variables, overrides.
+    pub fn new(source: &str, file: &str, sense: Sense) -> Result<Self, UserError> {
+        let error = |span: Option<Span>, message: String| locate(source, file, span, message);
+        let mut module = naga::front::wgsl::parse_str(source).map_err(|e| {
+            let span = e.labels().next().map(|(span, _)| span);
+            error(span, e.message().to_string())
+        })?;
+        validate(&module).map_err(|(span, message)| error(span, message))?;
+        check_form(&module).map_err(|(span, message)| error(span, message))?;
+        count_loops(&mut module);
+        rename(&mut module);
+        let info = validate(&module).map_err(|(span, message)| error(span, message))?;
+        let flags = naga::back::wgsl::WriterFlags::empty();
+        let rewritten = naga::back::wgsl::write_string(&module, &info, flags)
+            .map_err(|e| error(None, format!("the function cannot be rewritten: {e}")))?;
+        Ok(Self { sense, rewritten })
+    }
+}
+
+impl Field for UserField {
+    fn sense(&self) -> Sense {
+        self.sense
+    }
+
+    fn values(&self, _: Points<'_>, _: &mut [f32]) -> Result<(), NoForm> {
+        Err(NoForm::Cpu)
+    }
+
+    fn wgsl(&self) -> Result<Wgsl, NoForm> {
+        Ok(Wgsl {
+            source: self.rewritten.clone(),
+            has_gradient: false,
+            parameters: Vec::new(),
+            counts_loops: true,
+        })
+    }
+}
+
+type Fault = (Option<Span>, String);
+
+fn locate(source: &str, file: &str, span: Option<Span>, message: String) -> UserError {
+    let place = span.filter(|s| s.is_defined()).map_or(0, |s| s.location(source).offset as usize);
+    let before = source.get(..place).unwrap_or(source);
+    let line = before.matches('\n').count();
+    let column = before.rsplit('\n').next().unwrap_or("").chars().count();
+    let text = source.lines().nth(line).unwrap_or("");
+    let excerpt = format!("  {text}\n  {}^", " ".repeat(column));
+    UserError { file: file.into(), line: line as u32 + 1, column: column as u32 + 1, message, excerpt }
+}
+
+fn validate(module: &Module) -> Result<naga::valid::ModuleInfo, Fault> {
+    let flags = naga::valid::ValidationFlags::all();
+    let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
+    validator.validate(module).map_err(|e| {
+        // The innermost place comes first, the function around it last.
+        let span = e.spans().next().map(|(span, _)| *span);
+        // The outer errors name arena handles, the innermost one says what is wrong.
+        let mut inner: &dyn std::error::Error = e.as_inner();
+        while let Some(source) = inner.source() {
+            inner = source;
+        }
+        (span, reworded(&inner.to_string()))
+    })
+}
+
+/// The validator's messages speak of arena handles like `Some([3])`; users cannot look those up.
+fn reworded(message: &str) -> String {
+    if message.contains("`return` expression") {
+        return "the value returned is not of the declared type, or the function can end without `return` \
+                (put one behind a loop, too)"
+            .into();
+    }
+    let mut out = String::new();
+    let mut rest = message;
+    while let Some(open) = rest.find('[') {
+        let digits = rest[open + 1..].find(|c: char| !c.is_ascii_digit()).unwrap_or(0);
+        let is_handle = digits > 0 && rest[open + 1 + digits..].starts_with(']');
+        let end = open + if is_handle { digits + 2 } else { 1 };
+        out.push_str(if is_handle { rest[..open].trim_end() } else { &rest[..end] });
+        rest = &rest[end..];
+    }
+    out + rest
+}
+
+fn check_form(module: &Module) -> Result<(), Fault> {
+    if let Some(entry) = module.entry_points.first() {
+        let message = format!("`{}` is an entry point: write plain functions only", entry.name);
+        return Err((None, message));
+    }
+    if let Some((handle, variable)) = module.global_variables.iter().next() {
+        let name = variable.name.as_deref().unwrap_or("a variable");
+        let span = module.global_variables.get_span(handle);
+        return Err((Some(span), format!("`{name}` is a global variable: use `const` or a local `var`")));
+    }
+    if let Some((handle, _)) = module.overrides.iter().next() {
+        return Err((
+            Some(module.overrides.get_span(handle)),
+            "`override` is not available: use `const`".into(),
+        ));
+    }
+    let density = module.functions.iter().find(|(_, f)| f.name.as_deref() == Some("density"));
+    let Some((handle, function)) = density else {
+        return Err((None, "there is no `fn density(p: vec3<f32>) -> f32`: add it".into()));
+    };
+    let float = naga::Scalar { kind: naga::ScalarKind::Float, width: 4 };
+    let is = |ty: Handle<naga::Type>, wanted: naga::TypeInner| module.types[ty].inner == wanted;
+    let point = naga::TypeInner::Vector { size: naga::VectorSize::Tri, scalar: float };
+    let takes_point = function.arguments.len() == 1 && is(function.arguments[0].ty, point);
+    let gives_float = function.result.as_ref().is_some_and(|r| is(r.ty, naga::TypeInner::Scalar(float)));
+    if !(takes_point && gives_float) {
+        let message = "`density` has the wrong signature: write `fn density(p: vec3<f32>) -> f32`".into();
+        return Err((Some(module.functions.get_span(handle)), message));
+    }
+    Ok(())
+}
+
+/// Puts a count and a way out in front of every loop body, and a return behind every body.
+fn count_loops(module: &mut Module) {
+    let u32_type = module.types.insert(
+        naga::Type { name: None, inner: naga::TypeInner::Scalar(naga::Scalar::U32) },
+        Span::UNDEFINED,
+    );
+    let counter = module.global_variables.append(
+        naga::GlobalVariable {
+            name: Some("isoforge_iterations".into()),
+            space: naga::AddressSpace::Private,
+            binding: None,
+            ty: u32_type,
+            init: None,
+            memory_decorations: naga::MemoryDecorations::empty(),
+        },
+        Span::UNDEFINED,
+    );
+    for (_, function) in module.functions.iter_mut() {
+        let mut body = std::mem::take(&mut function.body);
+        count_in_block(&mut body, &mut function.expressions, counter);
+        // A loop that ended only by `return` now also ends by the count.
+        if let Some(result) = &function.result
+            && !matches!(body.last(), Some(Statement::Return { .. }))
+        {
+            let zero = function.expressions.append(Expression::ZeroValue(result.ty), Span::UNDEFINED);
+            body.push(Statement::Return { value: Some(zero) }, Span::UNDEFINED);
+        }
+        function.body = body;
+    }
+}
+
+fn count_in_block(
+    block: &mut Block,
+    expressions: &mut naga::Arena<Expression>,
+    counter: Handle<naga::GlobalVariable>,
+) {
+    for statement in block.iter_mut() {
+        match statement {
+            Statement::Block(inner) => count_in_block(inner, expressions, counter),
+            Statement::If { accept, reject, .. } => {
+                count_in_block(accept, expressions, counter);
+                count_in_block(reject, expressions, counter);
+            }
+            Statement::Switch { cases, .. } => {
+                for case in cases {
+                    count_in_block(&mut case.body, expressions, counter);
+                }
+            }
+            Statement::Loop { body, continuing, .. } => {
+                count_in_block(body, expressions, counter);
+                count_in_block(continuing, expressions, counter);
+                let mut counted = guard(expressions, counter);
+                counted.extend_block(std::mem::take(body));
+                *body = counted;
+            }
+            _ => {}
+        }
+    }
+}
+
+/// `if isoforge_iterations >= MAX { break; } isoforge_iterations += 1;`
+fn guard(expressions: &mut naga::Arena<Expression>, counter: Handle<naga::GlobalVariable>) -> Block {
+    let at = Span::UNDEFINED;
+    let pointer = expressions.append(Expression::GlobalVariable(counter), at);
+    let limit = expressions.append(Expression::Literal(Literal::U32(MAX_ITERATIONS)), at);
+    let one = expressions.append(Expression::Literal(Literal::U32(1)), at);
+    let start = expressions.len();
+    let count = expressions.append(Expression::Load { pointer }, at);
+    let op = naga::BinaryOperator::GreaterEqual;
+    let condition = expressions.append(Expression::Binary { op, left: count, right: limit }, at);
+    let op = naga::BinaryOperator::Add;
+    let next = expressions.append(Expression::Binary { op, left: count, right: one }, at);
+    let mut block = Block::new();
+    block.push(Statement::Emit(expressions.range_from(start)), at);
+    block.push(Statement::Store { pointer, value: next }, at);
+    let mut leave = Block::new();
+    leave.push(Statement::Break, at);
+    block.push(Statement::If { condition, accept: leave, reject: Block::new() }, at);
+    block
+}
+
+/// Gives every name of the user a prefix, except `density` itself.
+fn rename(module: &mut Module) {
+    let prefix = |name: &mut Option<String>| {
+        if let Some(name) = name.as_mut().filter(|n| *n != "density") {
+            *name = format!("user_{name}");
+        }
+    };
+    module.functions.iter_mut().for_each(|(_, f)| prefix(&mut f.name));
+    module.constants.iter_mut().for_each(|(_, c)| prefix(&mut c.name));
+    let named: Vec<_> = module.types.iter().filter(|(_, t)| t.name.is_some()).map(|(h, _)| h).collect();
+    for handle in named {
+        let mut ty = module.types[handle].clone();
+        prefix(&mut ty.name);
+        module.types.replace(handle, ty);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fault(source: &str) -> UserError {
+        UserField::new(source, "blob.wgsl", Sense::Below).expect_err("must be refused")
+    }
+
+    #[test]
+    fn errors_carry_line_and_column() {
+        let e = fault("fn density(p: vec3<f32>) -> f32 {\n    return lenght(p);\n}\n");
+        assert_eq!((e.line, e.column), (2, 12), "{e}");
+        let e = fault("fn density(p: vec3<f32>) -> f32 {\n  return p * 2.0;\n}\n");
+        assert_eq!(e.line, 2, "{e}");
+        assert_eq!(e.column, 10, "{e}");
+        assert!(!e.message.contains('['), "no arena handles: {e}");
+    }
+
+    #[test]
+    fn form_is_checked() {
+        assert!(fault("fn f() {}").message.contains("no `fn density"));
+        assert!(fault("fn density(p: vec2<f32>) -> f32 { return 1.0; }").message.contains("signature"));
+        assert!(fault("fn density(p: vec3<f32>) -> vec3<f32> { return p; }").message.contains("signature"));
+        let e = fault("var<private> a: f32;\nfn density(p: vec3<f32>) -> f32 { return a; }");
+        assert!(e.message.contains("global"));
+        let e = fault(
+            "@compute @workgroup_size(1) fn main() {}\nfn density(p: vec3<f32>) -> f32 { return 1.0; }",
+        );
+        assert!(e.message.contains("entry point"));
+    }
+
+    #[test]
+    fn every_loop_is_counted_and_names_are_prefixed() {
+        let source = "
+            struct Ball { r: f32 }
+            const LIMIT = 3;
+            fn is_inside(b: Ball) -> f32 { var t = b.r; loop { t += 1.0; if t > 9.0 { return t; } } return t; }
+            fn density(p: vec3<f32>) -> f32 {
+                var s = 0.0;
+                for (var i = 0; i < LIMIT; i++) { while s < 1.0 { s += is_inside(Ball(p.x)); } }
+                return s;
+            }";
+        let field = UserField::new(source, "a", Sense::Below).unwrap();
+        assert_eq!(field.rewritten.matches("break;").count(), 3 + 2, "{}", field.rewritten);
+        assert!(field.rewritten.contains("user_is_inside") && field.rewritten.contains("fn density("));
+        assert!(!field.rewritten.contains("fn is_inside"));
+    }
+}
