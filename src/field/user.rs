@@ -95,8 +95,9 @@ fn validate(module: &Module) -> Result<naga::valid::ModuleInfo, Fault> {
     let flags = naga::valid::ValidationFlags::all();
     let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
     validator.validate(module).map_err(|e| {
-        // The innermost place comes first, the function around it last.
-        let span = e.spans().next().map(|(span, _)| *span);
+        // Of the places named, the narrowest: the others are the functions around it.
+        let places = e.spans().map(|(span, _)| *span).filter(Span::is_defined);
+        let span = places.min_by_key(|s| s.to_range().map_or(0, |r| r.len()));
         // The outer errors name arena handles, the innermost one says what is wrong.
         let mut inner: &dyn std::error::Error = e.as_inner();
         while let Some(source) = inner.source() {
