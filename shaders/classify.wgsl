@@ -26,14 +26,14 @@ fn classify(
         let shape = row_shape(origin, local.x, local.y);
         let bits = inside_rows(slot, origin, local.x, local.y);
         edges = crossed_edges(bits, shape);
-        if edges != 0u || bits.x != bits.w {
-            for (var x = 0u; x < shape.cells; x++) {
-                row_triangles += table_words(cell_case(bits, x)).x & 15u;
-            }
+        for (var mixed = mixed_cells(bits, shape); mixed != 0u; mixed &= mixed - 1u) {
+            row_triangles += table_words(cell_case(bits, countTrailingZeros(mixed))).x & 15u;
         }
-        let odd = countOneBits(not_finite_row(slot, origin, local.x, local.y) & shape.owned);
-        if odd > 0u && slot < work.own_active {
-            atomicAdd(&work.non_finite, odd);
+        if COUNTS_NON_FINITE && slot < work.own_active {
+            let odd = countOneBits(not_finite_row(slot, origin, local.x, local.y) & shape.owned);
+            if odd > 0u {
+                atomicAdd(&work.non_finite, odd);
+            }
         }
     }
     row_counts[row] = countOneBits(edges) | (row_triangles << 16u);

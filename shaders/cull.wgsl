@@ -1,6 +1,7 @@
 // cull: keeps the bricks that can hold surface.
 //
-// `range` builds a volume's table of lowest and highest sample a brick, once a volume; `cull` marks
+// `range` builds a volume's table of lowest and highest sample a brick, once a volume (for a field it
+// tells, of an empty mesh, what values there were); `cull` marks
 // the bricks whose range straddles iso, or all of them for a field without bounds; `compact` turns
 // the scanned marks into the list of active bricks, in brick order, and the dispatch arguments.
 // CPU twin: src/stage/cull/cpu.rs.
@@ -27,7 +28,7 @@ fn range(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    let index = group.y * groups.x + group.x;
+    let index = slot_of(group, groups);
     let live = index < params.slab_bricks;
     let origin = brick_origin(params.first_brick + min(index, params.slab_bricks - 1u));
     // One row of nine along x an invocation. Points past the grid's end repeat the last one.
@@ -38,7 +39,7 @@ fn range(
     let point = origin + vec3<u32>(0u, local.xy);
     let row_owned = local.x < 8u && local.y < 8u && point.y < params.points.y && point.z < params.points.z;
     for (var x = 0u; x < 9u; x++) {
-        let bits = sample_bits(0u, origin, vec3<u32>(x, local.xy));
+        let bits = sample_bits(index, origin, vec3<u32>(x, local.xy));
         let key = order_key(bits);
         if is_finite(bits) {
             low = min(low, key);

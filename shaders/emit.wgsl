@@ -133,7 +133,8 @@ fn emit_indices(
     triangle -= params.triangle_window;
     let shape = row_shape(origin, local.x, local.y);
     let bits = inside_rows(slot, origin, local.x, local.y);
-    for (var x = 0u; x < shape.cells; x++) {
+    for (var mixed = mixed_cells(bits, shape); mixed != 0u; mixed &= mixed - 1u) {
+        let x = countTrailingZeros(mixed);
         var words = table_words(cell_case(bits, x));
         for (var left = words.x & 15u; left > 0u; left--) {
             // Drop what was used: the count first, then each triangle's three edges.

@@ -3,9 +3,11 @@
 #![warn(missing_docs)]
 #![deny(unsafe_code)]
 
+pub mod extract;
 pub mod field;
 pub mod gpu;
 pub mod grid;
 pub mod mesh;
+pub mod stage;
 pub mod table;
 pub mod volume;

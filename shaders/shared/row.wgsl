@@ -58,6 +58,13 @@ fn crossed_edges(bits: vec4<u32>, shape: RowShape) -> u32 {
     return x | (y << 8u) | (z << 16u);
 }
 
+// Which cells of the row have corners on both sides.
+fn mixed_cells(bits: vec4<u32>, shape: RowShape) -> u32 {
+    let some = bits.x | bits.y | bits.z | bits.w;
+    let every = bits.x & bits.y & bits.z & bits.w;
+    return ((some | (some >> 1u)) & ~(every & (every >> 1u))) & ((1u << shape.cells) - 1u);
+}
+
 fn cell_case(bits: vec4<u32>, x: u32) -> u32 {
     let pairs = (bits >> vec4<u32>(x)) & vec4<u32>(3u);
     return pairs.x | (pairs.y << 2u) | (pairs.z << 4u) | (pairs.w << 6u);

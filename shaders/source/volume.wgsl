@@ -1,6 +1,9 @@
 // Samples of a volume: read straight from its planes, no copy a brick.
 @group(0) @binding(2) var<storage, read> source: array<u32>;
 
+// The range table, built once a volume, has counted them.
+const COUNTS_NON_FINITE = false;
+
 fn volume_bits(point: vec3<u32>) -> u32 {
     let p = min(point, params.points - vec3<u32>(1u));
     return source[p.x + params.points.x * (p.y + params.points.y * (p.z - params.first_plane))];

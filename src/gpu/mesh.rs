@@ -7,7 +7,7 @@ use crate::mesh::{Mesh, Vertex};
 ///
 /// The first five words are the arguments of `draw_indexed_indirect`. When the mesh did not fit
 /// (`overflow != 0`), `index_count` is 0, so that a draw call draws nothing, and `vertices`,
-/// `triangles` and `active_bricks` say what would have been needed.
+/// `triangles` say what would have been needed.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct MeshHeader {
@@ -44,8 +44,6 @@ pub const MESH_HEADER_BYTES: u64 = size_of::<MeshHeader>() as u64;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Overflow {
-    /// More active bricks than the scratch was made for.
-    Bricks = 1,
     /// More vertices than the vertex buffer holds.
     Vertices = 2,
     /// More triangles than the index buffer holds.
@@ -82,10 +80,11 @@ impl GpuMesh {
     pub fn with_capacity(gpu: &Gpu, vertices: u32, triangles: u32) -> Result<Self, GpuError> {
         use wgpu::BufferUsages as U;
         let shared = U::STORAGE | U::COPY_SRC | U::COPY_DST;
-        let vertex_bytes = u64::from(vertices) * size_of::<Vertex>() as u64;
+        // One item to spare, so that an empty window at the end of a buffer can be bound.
+        let vertex_bytes = (u64::from(vertices) + 1) * size_of::<Vertex>() as u64;
         Ok(Self {
             vertices: gpu.buffer("mesh vertices", vertex_bytes, shared | U::VERTEX)?,
-            indices: gpu.buffer("mesh indices", u64::from(triangles) * 12, shared | U::INDEX)?,
+            indices: gpu.buffer("mesh indices", (u64::from(triangles) + 1) * 12, shared | U::INDEX)?,
             header: gpu.buffer("mesh header", MESH_HEADER_BYTES, shared | U::INDIRECT)?,
             vertex_capacity: vertices,
             triangle_capacity: triangles,

@@ -1,7 +1,10 @@
-//! Adapter, device, buffers and readback: what every GPU stage stands on.
+//! Adapter, device, buffers, kernels and readback: what every GPU stage stands on.
 
 mod device;
+pub mod kernel;
 mod mesh;
+mod timer;
 
-pub use device::{AdapterChoice, Gpu, GpuError, adapters};
+pub use device::{AdapterChoice, Gpu, GpuError, TIME_LIMIT, adapters};
 pub use mesh::{GpuMesh, MESH_HEADER_BYTES, MeshHeader, Overflow};
+pub use timer::Timer;

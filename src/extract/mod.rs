@@ -1,0 +1,183 @@
+//! From a source of samples and an iso value to a mesh: on the GPU ([`Extractor`]), or by the CPU twins
+//! ([`extract_on_cpu`]).
+
+mod cpu;
+mod gpu;
+mod plan;
+
+pub use cpu::extract_on_cpu;
+pub use gpu::{Extraction, Extractor, Workspace};
+pub use plan::Plan;
+
+use crate::field::{Field, NoForm, Sense};
+use crate::gpu::GpuError;
+use crate::grid::Grid;
+use crate::volume::Volume;
+
+/// What is meshed.
+#[derive(Debug, Clone, Copy)]
+pub enum Source<'a> {
+    /// A field, evaluated at the points of a grid.
+    Field(&'a dyn Field, Grid),
+    /// A volume, on its own grid.
+    Volume(&'a Volume),
+}
+
+impl Source<'_> {
+    /// The grid of sample points.
+    pub fn grid(&self) -> &Grid {
+        match self {
+            Source::Field(_, grid) => grid,
+            Source::Volume(volume) => volume.grid(),
+        }
+    }
+
+    /// Which side of iso is inside unless the caller says otherwise: volumes are density-like.
+    pub fn sense(&self) -> Sense {
+        match self {
+            Source::Field(field, _) => field.sense(),
+            Source::Volume(_) => Sense::Above,
+        }
+    }
+}
+
+/// The settings of one extraction; changing them recompiles and uploads nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// The iso value, in the units of the samples.
+    pub iso: f32,
+    /// Which side is inside, where it is not the source's own sense.
+    pub sense: Option<Sense>,
+    /// The most bytes that buffers (of GPU or CPU, the mesh included) may take.
+    pub memory_budget: u64,
+}
+
+impl Options {
+    /// The settings for an iso value, with all of memory.
+    pub fn new(iso: f32) -> Self {
+        Self { iso, sense: None, memory_budget: u64::MAX }
+    }
+}
+
+/// The parts of an extraction that are timed.
+pub const STAGES: [&str; 8] = ["read", "upload", "cull", "sample", "classify", "scan", "emit", "readback"];
+
+/// Indices into [`Report::seconds`].
+#[allow(missing_docs, reason = "the names say it all")]
+pub mod stage_index {
+    pub const READ: usize = 0;
+    pub const UPLOAD: usize = 1;
+    pub const CULL: usize = 2;
+    pub const SAMPLE: usize = 3;
+    pub const CLASSIFY: usize = 4;
+    pub const SCAN: usize = 5;
+    pub const EMIT: usize = 6;
+    pub const READBACK: usize = 7;
+}
+
+/// What an extraction did.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Report {
+    /// Vertices of the mesh.
+    pub vertices: u64,
+    /// Triangles of the mesh.
+    pub triangles: u64,
+    /// Bricks of the grid.
+    pub bricks: u64,
+    /// Bricks that cull kept.
+    pub active_bricks: u64,
+    /// Samples that were NaN or infinite; they count as outside.
+    pub non_finite: u64,
+    /// Slabs that the grid was cut into.
+    pub slabs: u64,
+    /// The most bytes that buffers took at one time, the mesh included.
+    pub peak_bytes: u64,
+    /// Seconds of each of [`STAGES`]; none where it was not done or not measured.
+    pub seconds: [Option<f64>; STAGES.len()],
+}
+
+/// Why an extraction failed.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum ExtractError {
+    /// The GPU failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The field has no form for this backend.
+    #[error(transparent)]
+    NoForm(#[from] NoForm),
+    /// The iso value is NaN or infinite.
+    #[error("the iso value is {0}: give a finite number")]
+    Iso(f32),
+    /// More bytes needed than allowed.
+    #[error(
+        "{what} needs {needed} bytes, over the memory budget of {budget} bytes: raise the budget \
+         (--memory-budget) or coarsen the grid"
+    )]
+    Budget {
+        /// What needs them.
+        what: &'static str,
+        /// How many.
+        needed: u64,
+        /// How many there are.
+        budget: u64,
+    },
+    /// One layer of bricks is more than the adapter can bind.
+    #[error(
+        "one layer of {bricks} bricks needs a binding of {needed} bytes, and the adapter {adapter} binds at most \
+         {limit}: use the CPU backend or coarsen the grid"
+    )]
+    Binding {
+        /// Bricks of the layer and the one above it.
+        bricks: u64,
+        /// Bytes of the largest buffer.
+        needed: u64,
+        /// Bytes that the adapter binds.
+        limit: u64,
+        /// Its name.
+        adapter: String,
+    },
+    /// More vertices or indices than 32-bit numbers can count.
+    #[error(
+        "the mesh has {vertices} vertices and {triangles} triangles, more than 32-bit indices count: coarsen the grid"
+    )]
+    TooLarge {
+        /// Vertices.
+        vertices: u64,
+        /// Triangles.
+        triangles: u64,
+    },
+    /// More bricks than 32-bit numbers can count.
+    #[error("the grid has {bricks} bricks of 8³ cells, more than 32-bit numbers count: coarsen it")]
+    TooManyBricks {
+        /// How many.
+        bricks: u64,
+    },
+    /// A loop of a user's WGSL ran away.
+    #[error(
+        "a loop in `density` made over {limit} iterations and was stopped: it may have no end; \
+         bound it, or do less in it"
+    )]
+    Runaway {
+        /// Iterations that one invocation may make.
+        limit: u32,
+    },
+    /// `encode` was asked for a grid that needs several slabs.
+    #[error("the grid needs {slabs} slabs on this adapter or budget, and `encode` takes one: use `extract`")]
+    Slabs {
+        /// How many.
+        slabs: usize,
+    },
+}
+
+/// Checks that hold for both backends.
+fn check(source: &Source<'_>, options: &Options) -> Result<(), ExtractError> {
+    if !options.iso.is_finite() {
+        return Err(ExtractError::Iso(options.iso));
+    }
+    let bricks = source.grid().brick_count();
+    // Slabs number their bricks, and one past the last, in 32 bits.
+    if bricks >= u64::from(u32::MAX) {
+        return Err(ExtractError::TooManyBricks { bricks });
+    }
+    Ok(())
+}

@@ -1,0 +1,202 @@
+//! A compute pipeline whose bindings are read off its own shader.
+//!
+//! Binding numbers mean the same thing in every stage ([`binding`]), so buffers are bound by number
+//! and a kernel takes those that its entry point uses: no layout is written twice.
+
+use super::{Gpu, GpuError};
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+
+/// What each binding number is, in every stage's shader.
+pub mod binding {
+    /// `Params`, uniform.
+    pub const PARAMS: usize = 0;
+    /// `Work`.
+    pub const WORK: usize = 1;
+    /// Samples to read: a volume's planes, or a batch of bricks.
+    pub const SOURCE: usize = 2;
+    /// Range of each brick.
+    pub const RANGES: usize = 3;
+    /// Marks of cull, before and after their scan.
+    pub const MARKS: usize = 4;
+    /// The brick map: slot of each brick.
+    pub const SLOTS: usize = 5;
+    /// The active list: brick of each slot.
+    pub const ACTIVE: usize = 6;
+    /// Arguments of indirect dispatches.
+    pub const DISPATCHES: usize = 7;
+    /// Brick records.
+    pub const RECORDS: usize = 8;
+    /// Counts of classify, before and after their scan.
+    pub const COUNTS: usize = 9;
+    /// The packed table, uniform.
+    pub const TABLE: usize = 10;
+    /// Partial sums of a scan.
+    pub const PARTIALS: usize = 11;
+    /// Samples to write.
+    pub const SAMPLES: usize = 12;
+    /// Vertices of the mesh.
+    pub const VERTICES: usize = 13;
+    /// Indices of the mesh.
+    pub const INDICES: usize = 14;
+    /// Header of the mesh.
+    pub const HEADER: usize = 15;
+    /// Parameters of a field, uniform.
+    pub const FIELD: usize = 16;
+    /// How many there are.
+    pub const COUNT: usize = 17;
+}
+
+/// Buffers by binding number.
+#[derive(Clone, Default)]
+pub struct Bindings<'a>([Option<wgpu::BufferBinding<'a>>; binding::COUNT]);
+
+impl<'a> Bindings<'a> {
+    /// Binds a whole buffer.
+    pub fn set(&mut self, number: usize, buffer: &'a wgpu::Buffer) -> &mut Self {
+        self.0[number] = Some(buffer.as_entire_buffer_binding());
+        self
+    }
+
+    /// Binds `bytes` of a buffer from `offset`.
+    pub fn set_window(
+        &mut self,
+        number: usize,
+        buffer: &'a wgpu::Buffer,
+        offset: u64,
+        bytes: u64,
+    ) -> &mut Self {
+        let size = std::num::NonZeroU64::new(bytes.clamp(4, buffer.size() - offset));
+        self.0[number] = Some(wgpu::BufferBinding { buffer, offset, size });
+        self
+    }
+}
+
+/// A compute pipeline and its bindings.
+#[derive(Debug)]
+pub struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+    numbers: Vec<u32>,
+    label: &'static str,
+}
+
+/// Parses and validates an assembled shader.
+///
+/// # Errors
+/// [`GpuError::Refused`] with naga's message: a defect of this crate, or a library user's own WGSL.
+pub fn parse(source: &str) -> Result<(naga::Module, ModuleInfo), GpuError> {
+    let module = naga::front::wgsl::parse_str(source)
+        .map_err(|e| GpuError::Refused(format!("WGSL: {}", e.emit_to_string(source))))?;
+    let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .map_err(|e| GpuError::Refused(format!("WGSL: {}", e.emit_to_string(source))))?;
+    Ok((module, info))
+}
+
+impl Kernel {
+    /// Compiles the entry point `entry` of `source`.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn new(
+        gpu: &Gpu,
+        source: &str,
+        entry: &'static str,
+        constants: &[(&str, f64)],
+    ) -> Result<Self, GpuError> {
+        let (module, info) = parse(source)?;
+        let place = module.entry_points.iter().position(|e| e.name == entry);
+        let place = place.ok_or_else(|| GpuError::Refused(format!("no entry point {entry}")))?;
+        let used = info.get_entry_point(place);
+        let mut entries = Vec::new();
+        for (handle, variable) in module.global_variables.iter() {
+            let Some(resource) = variable.binding.as_ref().filter(|_| !used[handle].is_empty()) else {
+                continue;
+            };
+            let ty = match variable.space {
+                naga::AddressSpace::Uniform => wgpu::BufferBindingType::Uniform,
+                naga::AddressSpace::Storage { access } => {
+                    let read_only = !access.contains(naga::StorageAccess::STORE);
+                    wgpu::BufferBindingType::Storage { read_only }
+                }
+                _ => continue,
+            };
+            entries.push(wgpu::BindGroupLayoutEntry {
+                binding: resource.binding,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+                count: None,
+            });
+        }
+        let numbers = entries.iter().map(|e| e.binding).collect();
+        gpu.guarded(entry, 0, || {
+            let device = &gpu.device;
+            let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some(entry),
+                entries: &entries,
+            });
+            let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(entry),
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(entry),
+                source: wgpu::ShaderSource::Wgsl(source.into()),
+            });
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+                cache: None,
+            });
+            Self { pipeline, layout, numbers, label: entry }
+        })
+    }
+
+    fn prepare(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, bindings: &Bindings<'_>) {
+        let entries: Vec<_> = self
+            .numbers
+            .iter()
+            .filter_map(|&binding| {
+                let resource = wgpu::BindingResource::Buffer(bindings.0[binding as usize].clone()?);
+                Some(wgpu::BindGroupEntry { binding, resource })
+            })
+            .collect();
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(self.label),
+            layout: &self.layout,
+            entries: &entries,
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+    }
+
+    /// Runs `groups` workgroups, in two dimensions where one does not hold them.
+    pub fn dispatch(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::ComputePass<'_>,
+        bindings: &Bindings<'_>,
+        groups: u32,
+    ) {
+        const MOST: u32 = 65_535;
+        self.prepare(gpu, pass, bindings);
+        pass.dispatch_workgroups(groups.min(MOST), groups.div_ceil(MOST), 1);
+    }
+
+    /// Runs the number of workgroups that lies at `offset` of `arguments`.
+    pub fn dispatch_indirect(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::ComputePass<'_>,
+        bindings: &Bindings<'_>,
+        arguments: &wgpu::Buffer,
+        offset: u64,
+    ) {
+        self.prepare(gpu, pass, bindings);
+        pass.dispatch_workgroups_indirect(arguments, offset);
+    }
+}

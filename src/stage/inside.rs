@@ -1,0 +1,86 @@
+//! The one inside test and its tie rule; the twin of `shaders/shared/inside.wgsl`.
+//!
+//! A sample is inside when it is finite and strictly on the inner side of iso. A sample equal to iso
+//! is outside, and so are NaN and both infinities.
+
+use crate::field::Sense;
+
+/// A number that orders as the float with these bits does; −0 is +0.
+#[inline(always)]
+pub fn order_key(bits: u32) -> u32 {
+    let b = if bits == 0x8000_0000 { 0 } else { bits };
+    if b >> 31 == 1 { !b } else { b | 0x8000_0000 }
+}
+
+/// The float whose [`order_key`] is `key`.
+pub fn from_order_key(key: u32) -> f32 {
+    f32::from_bits(if key >> 31 == 1 { key & 0x7fff_ffff } else { !key })
+}
+
+/// The inside test for one iso value: a closed interval of floats, which NaN is never in.
+#[derive(Debug, Clone, Copy)]
+pub struct Inside {
+    low: f32,
+    high: f32,
+}
+
+impl Inside {
+    /// The test for `iso`.
+    pub fn new(iso: f32, sense: Sense) -> Self {
+        match sense {
+            Sense::Below => Self { low: f32::MIN, high: iso.next_down() },
+            Sense::Above => Self { low: iso.next_up(), high: f32::MAX },
+        }
+    }
+
+    /// Whether a sample is inside.
+    #[inline(always)]
+    pub fn test(self, value: f32) -> bool {
+        self.low <= value && value <= self.high
+    }
+
+    /// Bit `i` tells whether `row[i]` is inside; at most 16 samples.
+    #[inline(always)]
+    pub fn row(self, row: &[f32]) -> u32 {
+        let mut bits = 0;
+        for (i, &value) in row.iter().enumerate() {
+            bits |= u32::from(self.test(value)) << i;
+        }
+        bits
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The shader's form of the test.
+    fn by_keys(bits: u32, iso: f32, sense: Sense) -> bool {
+        let flip = if sense == Sense::Above { u32::MAX } else { 0 };
+        (bits & 0x7f80_0000) != 0x7f80_0000 && (order_key(bits) ^ flip) < (order_key(iso.to_bits()) ^ flip)
+    }
+
+    #[test]
+    fn interval_and_keys_agree() {
+        let tiny = f32::from_bits(1);
+        let mut values = vec![0.0, -0.0, tiny, -tiny, 1.0, -1.0, f32::MIN_POSITIVE, f32::MAX, f32::MIN];
+        values.extend([f32::INFINITY, f32::NEG_INFINITY, f32::NAN, -f32::NAN, f32::from_bits(0x7f80_0001)]);
+        values.extend((0..2000u32).map(|i| f32::from_bits(i.wrapping_mul(0x9e37_79b9))));
+        for &iso in values.iter().filter(|v| v.is_finite()).take(200) {
+            for sense in [Sense::Below, Sense::Above] {
+                let inside = Inside::new(iso, sense);
+                for &v in &values {
+                    assert_eq!(
+                        inside.test(v),
+                        by_keys(v.to_bits(), iso, sense),
+                        "{v} against {iso}, {sense:?}"
+                    );
+                }
+                assert!(!inside.test(iso), "a tie is outside");
+            }
+        }
+        for &v in values.iter().filter(|v| !v.is_nan()) {
+            assert_eq!(from_order_key(order_key(v.to_bits())), v);
+        }
+    }
+}

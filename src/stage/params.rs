@@ -1,0 +1,114 @@
+//! What every stage is told ([`Params`]) and what the GPU counts meanwhile ([`Work`]).
+
+use super::inside::order_key;
+use crate::field::Sense;
+use crate::grid::Grid;
+use bytemuck::{Pod, Zeroable};
+use glam::{UVec3, Vec3};
+
+/// The settings of one run over one slab and batch; `shaders/shared/params.wgsl`, field by field.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs, reason = "each field is described in the shader")]
+pub struct Params {
+    pub origin: [f32; 3],
+    pub delta: f32,
+    pub step_x: [f32; 3],
+    pub iso: f32,
+    pub step_y: [f32; 3],
+    pub iso_key: u32,
+    pub step_z: [f32; 3],
+    pub flip: u32,
+    pub outward_x: [f32; 3],
+    pub outward_sign: f32,
+    pub outward_y: [f32; 3],
+    pub mirrored: u32,
+    pub outward_z: [f32; 3],
+    pub first_plane: u32,
+    pub points: [u32; 3],
+    pub first_brick: u32,
+    pub bricks: [u32; 3],
+    pub slab_bricks: u32,
+    pub own_bricks: u32,
+    pub first_slot: u32,
+    pub first_vertex: u32,
+    pub first_triangle: u32,
+    pub vertex_window: u32,
+    pub vertex_capacity: u32,
+    pub triangle_window: u32,
+    pub triangle_capacity: u32,
+}
+
+/// Gradients of fields without their own are differences over this part of the shortest step.
+const DELTA: f32 = 0.01;
+
+impl Params {
+    /// The settings of a run over the whole of `grid` in one slab and batch.
+    pub fn new(grid: &Grid, iso: f32, sense: Sense) -> Self {
+        let flip = match sense {
+            Sense::Below => 0,
+            Sense::Above => u32::MAX,
+        };
+        // The gradient points towards growing values: outwards where inside is below.
+        let sign = if flip == 0 { 1.0 } else { -1.0 };
+        let (step, outward) = (grid.step(), grid.gradient_to_world() * sign);
+        let bricks = grid.brick_count() as u32;
+        Self {
+            origin: grid.origin().into(),
+            delta: grid.shortest_step() * DELTA,
+            step_x: step.x_axis.into(),
+            iso,
+            step_y: step.y_axis.into(),
+            iso_key: order_key(iso.to_bits()) ^ flip,
+            step_z: step.z_axis.into(),
+            flip,
+            outward_x: outward.x_axis.into(),
+            outward_sign: sign,
+            outward_y: outward.y_axis.into(),
+            mirrored: grid.is_mirrored().into(),
+            outward_z: outward.z_axis.into(),
+            first_plane: 0,
+            points: grid.points().into(),
+            first_brick: 0,
+            bricks: grid.bricks().into(),
+            slab_bricks: bricks,
+            own_bricks: bricks,
+            first_slot: 0,
+            first_vertex: 0,
+            first_triangle: 0,
+            vertex_window: 0,
+            vertex_capacity: u32::MAX,
+            triangle_window: 0,
+            triangle_capacity: u32::MAX,
+        }
+    }
+
+    /// Lowest point of a brick.
+    #[inline(always)]
+    pub fn brick_origin(&self, brick: u32) -> UVec3 {
+        let [x, y, _] = self.bricks;
+        UVec3::new(brick % x, brick / x % y, brick / (x * y)) * 8
+    }
+
+    /// World position at grid coordinates `q`; as [`Grid::position`].
+    #[inline(always)]
+    pub fn grid_position(&self, q: Vec3) -> Vec3 {
+        let [x, y, z] = [self.step_x, self.step_y, self.step_z].map(Vec3::from);
+        Vec3::from(self.origin) + ((x * q.x + y * q.y) + z * q.z)
+    }
+}
+
+/// What the GPU counts of a slab while it works; `shaders/shared/work.wgsl`, field by field.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+#[allow(missing_docs, reason = "each field is described in the shader")]
+pub struct Work {
+    pub active_bricks: u32,
+    pub own_active: u32,
+    pub vertices: u32,
+    pub triangles: u32,
+    pub non_finite: u32,
+    pub runaway: u32,
+    pub batch_slots: u32,
+    pub batches: u32,
+}
