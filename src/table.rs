@@ -33,7 +33,9 @@ impl Table {
             let edges: Vec<u64> =
                 edges.split_whitespace().map(|e| e.parse().expect("an edge number")).collect();
             assert!(
-                edges.len() % 3 == 0 && edges.len() <= 3 * MAX_TRIANGLES && edges.iter().all(|&e| e < 12)
+                edges.len().is_multiple_of(3)
+                    && edges.len() <= 3 * MAX_TRIANGLES
+                    && edges.iter().all(|&e| e < 12)
             );
             let mut packed = edges.len() as u64 / 3;
             for (i, edge) in edges.iter().enumerate() {

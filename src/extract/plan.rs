@@ -128,7 +128,7 @@ impl Plan {
             (4 * u64::from(points.x) * u64::from(points.y) * u64::from(planes), most)
         } else {
             let room = limits.budget.saturating_sub(2 * scratch) / 2;
-            let bytes = room.min(limits.binding).min(BATCH_BYTES).max(64 * BRICK_BYTES);
+            let bytes = room.min(limits.binding).clamp(64 * BRICK_BYTES, BATCH_BYTES);
             let slots = (bytes / BRICK_BYTES).min(u64::from(most)) as u32;
             (u64::from(slots) * BRICK_BYTES, slots)
         };

@@ -7,7 +7,7 @@ pub fn sin_turns(u: f32) -> f32 {
     let folded = if f >= 0.0 { 0.5 } else { -0.5 } - f;
     let g = if f.abs() > 0.25 { folded } else { f };
     let s = g * g;
-    g * (6.283_185_3 + s * (C3 + s * (C5 + s * (C7 + s * (C9 + s * C11)))))
+    g * (std::f32::consts::TAU + s * (C3 + s * (C5 + s * (C7 + s * (C9 + s * C11)))))
 }
 
 /// `cos(2π u)`, error at most 4e-7.
