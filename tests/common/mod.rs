@@ -43,7 +43,7 @@ impl Random {
 /// Samples that make every kind of case, ties, NaN and infinities included, around iso 0.
 pub fn noise(grid: Grid, seed: u64) -> Volume {
     let mut random = Random(seed);
-    let smooth = seed % 3 == 0;
+    let smooth = seed.is_multiple_of(3);
     let values = (0..grid.point_count())
         .map(|i| match random.next() % 97 {
             0 => f32::NAN,
