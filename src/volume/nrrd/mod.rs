@@ -345,7 +345,7 @@ fn text(
     // A number and the space behind it take two bytes or more.
     let truncated = |have: u64| OpenError::Truncated {
         file: path.to_owned(),
-        need: count,
+        need: 2 * count - 1,
         have: format!("as text, there are only {have} numbers"),
     };
     if count > text.len() as u64 {
