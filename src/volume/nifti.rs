@@ -2,7 +2,7 @@
 
 use super::decode::{Coding, Endian, Scalar, fill, read_values};
 use super::error::OpenError;
-use super::source::{Placement, Source, finish, layout, skip};
+use super::source::{Placement, Source, finish, layout, reserve, skip};
 use super::{OpenOptions, Opened, opened};
 use glam::{DMat3, DVec3};
 use nifti::NiftiHeader;
@@ -17,8 +17,6 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
     // The sizes that bound what the data may be, before the file becomes a stream.
     let most = source.holds(0, gzip);
     let len = source.len;
-    let reserve = |size| source.reserve(gzip, size);
-    let reserves = Scalar::ALL.map(|s| reserve(s.size()));
     let mut stream = source.into_stream(gzip);
 
     let mut bytes = [0; HEADER];
@@ -46,7 +44,7 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
     }
     skip(path, &mut stream, offset - HEADER as u64, "extensions before the values")?;
     let coding = coding(&header, scalar, endian, &mut notes);
-    let reserve = Scalar::ALL.iter().position(|s| *s == scalar).map_or(0, |i| reserves[i]);
+    let reserve = reserve(len, gzip, scalar.size());
     let (values, loss) = read_values(path, &mut stream, dims, &coding, reserve)?;
     loss.notes(&coding, &mut notes);
     if frames > 1 {

@@ -2,7 +2,7 @@
 
 use super::decode::{Coding, Endian, Scalar, read_values};
 use super::error::OpenError;
-use super::source::{Placement, Source, layout, skip};
+use super::source::{Placement, Source, layout, reserve, skip};
 use super::{OpenOptions, Opened, opened};
 use glam::{DMat3, Vec3};
 use std::path::Path;
@@ -66,7 +66,7 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
         notes.push(format!("the file holds {} volumes of this size; the first is read", rest / need + 1));
     }
     let coding = Coding::plain(raw.scalar, raw.endian);
-    let reserve = source.reserve(false, raw.scalar.size());
+    let reserve = reserve(source.len, false, raw.scalar.size());
     let mut stream = source.into_stream(false);
     skip(path, &mut stream, raw.skip_bytes, "header that are skipped")?;
     let (values, loss) = read_values(path, &mut stream, dims, &coding, reserve)?;

@@ -63,13 +63,6 @@ impl Source {
         Err(OpenError::Truncated { file: self.path.clone(), need, have })
     }
 
-    /// Values to reserve memory for at once, given that they have `size` bytes each.
-    pub fn reserve(&self, gzip: bool, size: usize) -> u64 {
-        // Few volumes pack better than 8:1; what does grows as it comes.
-        let bytes = if gzip { self.len.saturating_mul(8) } else { self.len };
-        bytes / size as u64
-    }
-
     /// The bytes from the present position on, unpacked where `gzip`.
     pub fn into_stream(self, gzip: bool) -> Box<dyn BufRead> {
         match gzip {
@@ -77,6 +70,13 @@ impl Source {
             false => Box::new(self.reader),
         }
     }
+}
+
+/// Values of `size` bytes to reserve memory for at once, when reading a file of `len` bytes.
+pub(super) fn reserve(len: u64, gzip: bool, size: usize) -> u64 {
+    // Few volumes pack better than 8:1; what does grows as it comes.
+    let bytes = if gzip { len.saturating_mul(8) } else { len };
+    bytes / size as u64
 }
 
 /// Passes over `count` bytes.
@@ -136,8 +136,8 @@ pub(super) fn layout(
     let too_large = |limit: String| OpenError::TooLarge { file: file.to_owned(), dims, limit };
     // The larger of the two sizes must be countable, so that no product below can overflow.
     let points = dims[0].checked_mul(dims[1]).and_then(|n| n.checked_mul(dims[2]));
-    let Some(points) = points.filter(|n| *n <= u64::from(u32::MAX) * 1024) else {
-        return Err(too_large("that is more than 4 tera-samples".to_owned()));
+    let Some(points) = points.filter(|n| *n <= 1 << 50) else {
+        return Err(too_large("that is more than 2^50 samples".to_owned()));
     };
     if let Some(most) = options.max_bytes.filter(|most| points * 4 > *most) {
         return Err(too_large(format!("as f32 they take {} bytes and the limit is {most}", points * 4)));

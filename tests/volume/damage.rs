@@ -76,7 +76,7 @@ fn damaged_files_are_refused_or_read_but_never_panic() {
             try_one(name, &bytes[..len], &|| format!("cut to {len}"));
         }
         let mut damaged = bytes.clone();
-        for at in 0..bytes.len().min(1000) {
+        for at in 0..bytes.len().min(600) {
             for new in [0x00, 0x01, 0x7f, 0xff, bytes[at] ^ 0x80, bytes[at] ^ 0x01, bytes[at].wrapping_add(1)]
             {
                 damaged[at] = new;
@@ -85,8 +85,8 @@ fn damaged_files_are_refused_or_read_but_never_panic() {
             damaged[at] = bytes[at];
         }
         // Runs of bytes, for fields that only hurt as a whole.
-        for width in [2, 4, 8] {
-            for at in 0..bytes.len().saturating_sub(width).min(1000) {
+        for width in [2, 4] {
+            for at in 0..bytes.len().saturating_sub(width).min(600) {
                 for new in [0x00, 0x7f, 0xff] {
                     damaged[at..at + width].fill(new);
                     try_one(name, &damaged, &|| format!("{width} bytes at {at} set to {new}"));

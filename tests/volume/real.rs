@@ -19,7 +19,7 @@ fn a_crop_of_a_brain() {
     assert_eq!(opened.volume.finite_range(), Some((-28.0, 153.0)));
     assert_eq!(sum(&opened), 503_649.0);
     assert_eq!([at(&opened, 0, 0, 0), at(&opened, 23, 0, 0), at(&opened, 5, 11, 17)], [57.0, 14.0, 32.0]);
-    assert_plain_grid(&opened, [-40.802734, 171.69727, 1186.80005], [1.0; 3]);
+    assert_plain_grid(&opened, [-40.802734, 171.69727, 1186.8], [1.0; 3]);
     assert_eq!(opened.notes, [""; 0]);
 }
 

@@ -95,6 +95,7 @@ impl Tiff {
                 (277, 3, 1, 1),
                 (278, 4, 1, rows),
                 (279, 4, offsets.len() as u32, counts),
+                (284, 3, 1, 1),
                 (339, 3, 1, format),
             ];
             if let Some(description) = self.description.as_ref().filter(|_| number == 0) {
@@ -198,7 +199,7 @@ fn imagej_stacks_with_one_directory_are_read_on() {
         assert_values(&opened, &values(Scalar::U16));
         file.description = Some(b"ImageJ=1.53t\nimages=300000\n\0".to_vec());
         assert!(refusal("a.tif", &file.bytes()).contains("the values need"));
-        file.description = Some(b"ImageJ=1.53t\nimages=3\nchannels=3\n\0".to_vec());
+        file.description = Some(b"ImageJ=1.53t\nimages=6\nchannels=2\nslices=3\n\0".to_vec());
         assert!(refusal("a.tif", &file.bytes()).contains("more than one channel"));
         file.description = Some(b"ImageJ=1.53t\nimages=3\n\0".to_vec());
         file.patches.push((0, 259, 8));
@@ -277,9 +278,23 @@ fn what_is_not_read_is_refused_by_name() {
     assert!(all(256, 1 << 30).contains("the number of samples"));
     assert!(all(256, 1 << 18).contains("the values need"));
     assert!(all(256, 1).contains("at least 2 along each axis"));
+    let wide = Tiff {
+        packing: Packing::Deflate,
+        patches: (0..3).map(|page| (page, 256, 10_000)).collect(),
+        ..good.clone()
+    };
+    assert!(refusal("a.tif", &wide.bytes()).contains("can't hold the 80000"));
     let one = Tiff { pages: good.pages[..1].to_vec(), ..good.clone() };
     assert!(refusal("a.tif", &one.bytes()).contains("5 x 4 x 1"));
     assert!(refusal("a.tif", b"GIF89a............").contains("TIFF"));
     let bytes = good.bytes();
     assert!(refusal("a.tif", &bytes[..bytes.len() - 30]).contains("page 2"));
+}
+
+#[test]
+fn sizes_that_overflow_are_refused() {
+    // Strips times planes go over 32 bits, which the crate multiplies unchecked.
+    let patches = vec![(0, 257, u32::MAX), (0, 278, 1), (0, 277, 65535), (0, 284, 2)];
+    let file = Tiff { patches, ..Tiff::new(Scalar::U8, Endian::Little) };
+    assert!(refusal("a.tif", &file.bytes()).contains("damaged"));
 }

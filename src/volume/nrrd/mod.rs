@@ -4,7 +4,7 @@ mod header;
 
 use super::decode::{Coding, Endian, Loss, Scalar, grow, read_values};
 use super::error::OpenError;
-use super::source::{Placement, Source, finish, layout, skip};
+use super::source::{Placement, Source, finish, layout, reserve, skip};
 use super::{OpenOptions, Opened, opened};
 use glam::{DMat3, DVec3};
 use header::{Field, Header};
@@ -37,7 +37,7 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
         }
     };
     let axes = axes(path, &header)?;
-    let place = placement(path, &header, &axes, &mut notes)?;
+    let place = placement(&header, &axes, &mut notes)?;
     let (grid, need) = layout(path, axes.sizes, scalar.size(), &place, options)?;
 
     let mut start = header.bytes;
@@ -161,12 +161,7 @@ fn axes(path: &Path, header: &Header) -> Result<Axes, OpenError> {
     Ok(Axes { sizes: [sizes[of[0]], sizes[of[1]], sizes[of[2]]], of, count })
 }
 
-fn placement(
-    path: &Path,
-    header: &Header,
-    axes: &Axes,
-    notes: &mut Vec<String>,
-) -> Result<Placement, OpenError> {
+fn placement(header: &Header, axes: &Axes, notes: &mut Vec<String>) -> Result<Placement, OpenError> {
     if let Some(field) = header.get("spacedirections") {
         let all = header.vectors(field)?;
         if all.len() != axes.count {
@@ -236,7 +231,7 @@ fn placement(
         }
     }
     if header.get("spacings").is_none() && maxs.is_none() {
-        notes.push(format!("{} gives no spacing; 1 is used", path.display()));
+        notes.push("the header gives no spacing; 1 is used".to_owned());
     }
     Ok(Placement {
         origin: DVec3::from(origin),
@@ -293,7 +288,7 @@ fn values(
     let bytes = whole("byteskip", -1)?;
     let path = source.path.clone();
     let gzip = encoding == Encoding::Gzip;
-    let reserve = source.reserve(gzip, coding.scalar.size());
+    let reserve = reserve(source.len, gzip, coding.scalar.size());
 
     let mut at = start;
     if bytes == -1 {
