@@ -298,3 +298,19 @@ fn sizes_that_overflow_are_refused() {
     let file = Tiff { patches, ..Tiff::new(Scalar::U8, Endian::Little) };
     assert!(refusal("a.tif", &file.bytes()).contains("damaged"));
 }
+
+/// Files of other programs, for what the writer above does not do.
+#[test]
+fn tiles_big_offsets_and_lzw() {
+    let values = |value: fn(f64, f64, f64) -> f64| -> Vec<f64> {
+        let point = |i: u32| (f64::from(i % 37), f64::from(i / 37 % 20), f64::from(i / 740));
+        (0..37 * 20 * 3).map(point).map(|(x, y, z)| value(x, y, z)).collect()
+    };
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    let opened = open(&data.join("big_tiled.tif")).unwrap();
+    assert_eq!(opened.volume.grid().points().to_array(), [37, 20, 3]);
+    assert_values(&opened, &values(|x, y, z| x * y - 50.0 * z));
+    let opened = open(&data.join("lzw.tif")).unwrap();
+    assert_eq!(opened.volume.grid().points().to_array(), [37, 20, 3]);
+    assert_values(&opened, &values(|x, y, z| 0.5 * x + y - 0.25 * z));
+}
