@@ -1,7 +1,28 @@
 //! Sampled volumes: values on a grid, read from files.
+//!
+//! [`open`] reads NIfTI-1, TIFF stacks, NRRD and raw files. Values become `f32`; world units,
+//! orientation and axis order are those of the file (nothing is flipped between anatomical
+//! conventions). A sample's world position is its centre.
+
+mod decode;
+mod error;
+mod nifti;
+mod nrrd;
+mod raw;
+mod source;
+mod tiff;
+
+pub use decode::{Endian, ParseEndianError, ParseScalarError, Scalar};
+pub use error::OpenError;
+pub use raw::RawLayout;
 
 use crate::grid::Grid;
+use rayon::prelude::*;
+use std::path::Path;
 use std::sync::OnceLock;
+
+/// The file endings that [`open`] knows, in lower case.
+pub const ENDINGS: &[&str] = &[".nii", ".nii.gz", ".tif", ".tiff", ".nrrd", ".nhdr", ".raw", ".bin"];
 
 /// A sampled volume: one value a grid point, x fastest, in the file's own units.
 #[derive(Debug, Clone)]
@@ -50,4 +71,102 @@ impl Volume {
     pub(crate) fn ranges(&self, build: impl FnOnce(&[f32]) -> BrickRanges) -> &BrickRanges {
         self.ranges.get_or_init(|| build(&self.values))
     }
+
+    /// The lowest and the highest finite value; `None` if no value is finite.
+    pub fn finite_range(&self) -> Option<(f32, f32)> {
+        let (lo, hi) = self
+            .values
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                chunk
+                    .iter()
+                    .filter(|v| v.is_finite())
+                    .fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
+            })
+            .reduce(|| (f32::INFINITY, f32::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+        (lo <= hi).then_some((lo, hi))
+    }
+
+    /// How many values are NaN or infinite.
+    pub fn non_finite_count(&self) -> u64 {
+        self.values
+            .par_chunks(CHUNK)
+            .map(|chunk| chunk.iter().filter(|v| !v.is_finite()).count() as u64)
+            .sum()
+    }
+}
+
+/// Values that one task looks at.
+const CHUNK: usize = 1 << 16;
+
+/// How to open a file.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct OpenOptions {
+    /// The layout of a `.raw` or `.bin` file; other formats say it themselves and ignore this.
+    pub raw: Option<RawLayout>,
+    /// Refuse a volume whose values take more than this many bytes as `f32` (4 each); `None` for
+    /// no limit.
+    pub max_bytes: Option<u64>,
+}
+
+/// A volume and what its user should know about how it was read.
+#[derive(Debug, Clone)]
+pub struct Opened {
+    /// The volume.
+    pub volume: Volume,
+    /// Remarks, one line each, empty for most files: what was left out, rounded or assumed.
+    pub notes: Vec<String>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Format {
+    Nifti,
+    Tiff,
+    Nrrd,
+    Raw,
+}
+
+fn format_of(path: &Path) -> Option<Format> {
+    let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
+    let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
+    if ends(&[".nii", ".nii.gz"]) {
+        Some(Format::Nifti)
+    } else if ends(&[".tif", ".tiff"]) {
+        Some(Format::Tiff)
+    } else if ends(&[".nrrd", ".nhdr"]) {
+        Some(Format::Nrrd)
+    } else if ends(&[".raw", ".bin"]) {
+        Some(Format::Raw)
+    } else {
+        None
+    }
+}
+
+/// Whether the path ends like a volume file, in either case: one of [`ENDINGS`].
+pub fn is_volume_ending(path: &Path) -> bool {
+    format_of(path).is_some()
+}
+
+/// Reads a volume; the format is told by the file's ending (one of [`ENDINGS`], in either case).
+///
+/// Values are scaled as the file says, worked out in `f64` and rounded to `f32`. Memory is taken
+/// for what the file holds, never for what a header merely promises.
+///
+/// # Errors
+/// [`OpenError`] for a file that can't be read, is cut short or damaged, contradicts itself, uses
+/// what its reader does not take, or has fewer than 2 samples along an axis.
+pub fn open(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
+    match format_of(path) {
+        Some(Format::Nifti) => nifti::read(path, options),
+        Some(Format::Tiff) => tiff::read(path, options),
+        Some(Format::Nrrd) => nrrd::read(path, options),
+        Some(Format::Raw) => raw::read(path, options),
+        None => Err(OpenError::Ending { file: path.to_owned() }),
+    }
+}
+
+/// Puts a reader's results together.
+fn opened(path: &Path, grid: Grid, values: Vec<f32>, notes: Vec<String>) -> Result<Opened, OpenError> {
+    let volume = Volume::new(grid, values).map_err(|e| OpenError::corrupt(path, e.to_string()))?;
+    Ok(Opened { volume, notes })
 }

@@ -1,0 +1,342 @@
+//! Stacks of gray TIFF pages, ImageJ's among them.
+
+mod directory;
+mod imagej;
+
+use crate::volume::decode::{Coding, Endian, Loss, Scalar, decode, grow, read_values};
+use crate::volume::error::OpenError;
+use crate::volume::source::{Placement, Source, layout};
+use crate::volume::{OpenOptions, Opened, opened};
+use glam::{DMat3, DVec3};
+use imagej::ImageJ;
+use std::fs::File;
+use std::io::{BufReader, Seek, SeekFrom};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use tiff::decoder::{Decoder, Limits};
+use tiff::tags::{ByteOrder, CompressionMethod, Tag};
+use tiff::{TiffError, TiffFormatError};
+
+/// More than any of the crate's codecs can shrink data (LZW, the best, reaches 2731).
+const MOST_PACKED: u64 = 4096;
+
+type Pages = Decoder<BufReader<File>>;
+
+pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
+    // The crate multiplies header fields unchecked before it hands anything out (in 0.11.3 the
+    // number of strips or tiles), which panics in builds that check overflow.
+    catch_unwind(AssertUnwindSafe(|| read_pages(path, options)))
+        .unwrap_or_else(|_| Err(OpenError::corrupt(path, "its directory of pages makes no sense")))
+}
+
+fn read_pages(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
+    let mut notes = Vec::new();
+    let mut source = Source::open(path)?;
+    let len = source.len;
+    directory::check(path, &mut source)?;
+    let mut limits = Limits::default();
+    // No page needs more than what the file can hold, which is checked before it is decoded.
+    limits.decoding_buffer_size = usize::try_from(len.saturating_mul(MOST_PACKED)).unwrap_or(usize::MAX);
+    limits.intermediate_buffer_size = usize::try_from(len).unwrap_or(usize::MAX);
+    let mut pages = Decoder::new(source.reader).map_err(|e| failed(path, 0, e))?.with_limits(limits);
+
+    let first = Page::of(path, 0, &mut pages)?;
+    let imagej = ImageJ::of(path, &mut pages, len)?;
+    let mut count = 1_u64;
+    while pages.more_images() {
+        pages.next_image().map_err(|e| failed(path, count, e))?;
+        let page = Page::of(path, count, &mut pages)?;
+        if page != first {
+            return Err(OpenError::header(
+                path,
+                format!("page {count} (from 0) is {page}, but page 0 is {first}"),
+                "All pages of a stack must have the same size and type: remove or convert the others",
+            ));
+        }
+        count += 1;
+    }
+
+    let mut stack = Stack { first: 0, stride: 1, slices: count };
+    let mut contiguous = false;
+    let mut place = Placement {
+        origin: DVec3::ZERO,
+        step: DMat3::IDENTITY,
+        what: "the spacing".to_owned(),
+        remedy: "Correct the resolution tags",
+    };
+    let (mut slope, mut intercept) = (1.0, 0.0);
+    if let Some(imagej) = &imagej {
+        let images = imagej.count("images");
+        contiguous = count == 1 && images > 1;
+        if contiguous {
+            count = images;
+        } else if images != count {
+            notes.push(format!("the ImageJ tag promises {images} images; the file has {count} pages"));
+        }
+        stack = imagej.stack(count, &mut notes);
+        place = imagej.placement(&mut notes);
+        (slope, intercept) = imagej.calibration(&mut notes);
+    }
+
+    let dims = [first.width, first.height, stack.slices];
+    let scalar = first.scalar;
+    let (grid, need) = layout(path, dims, scalar.size(), &place, options)?;
+    let truncated = |have: u64| OpenError::Truncated {
+        file: path.to_owned(),
+        need,
+        have: format!("there are at most {have}"),
+    };
+    let plain = first.compression == CompressionMethod::None;
+    let most = if plain { len } else { len.saturating_mul(MOST_PACKED) };
+    if need > most {
+        return Err(truncated(most));
+    }
+    if first.white_is_zero {
+        notes.push("the pages are shown inverted (WhiteIsZero); the stored values are kept".to_owned());
+    }
+
+    let (values, loss, coding);
+    if contiguous {
+        let endian = if pages.byte_order() == ByteOrder::BigEndian { Endian::Big } else { Endian::Little };
+        coding = Coding { scalar, endian, slope, intercept };
+        (values, loss) = read_contiguous(path, &mut pages, &first, &coding, stack, len, need)?;
+    } else {
+        // The crate turns WhiteIsZero over; this turns it back.
+        if first.white_is_zero {
+            intercept += slope * f64::from(u32::MAX >> (32 - 8 * scalar.size().min(4)));
+            slope = -slope;
+        }
+        coding = Coding { scalar, endian: Endian::NATIVE, slope, intercept };
+        (values, loss) = read_each(path, &mut pages, &first, &coding, stack, plain)?;
+    }
+    loss.notes(&coding, &mut notes);
+    opened(path, grid, values, notes)
+}
+
+/// The pages of one volume: `slices` of them from `first`, each `stride` behind the last.
+#[derive(Debug, Clone, Copy)]
+struct Stack {
+    first: u64,
+    stride: u64,
+    slices: u64,
+}
+
+fn read_each(
+    path: &Path,
+    pages: &mut Pages,
+    page: &Page,
+    coding: &Coding,
+    stack: Stack,
+    plain: bool,
+) -> Result<(Vec<f32>, Loss), OpenError> {
+    let dims = [page.width, page.height, stack.slices];
+    // Within the file's size, see `need` above.
+    let points = (page.width * page.height) as usize;
+    let size = points * coding.scalar.size();
+    let mut bytes = Vec::new();
+    let mut values = Vec::new();
+    if plain {
+        grow(path, dims, &mut values, points * stack.slices as usize)?;
+    }
+    let mut loss = Loss::default();
+    for slice in 0..stack.slices {
+        let number = stack.first + slice * stack.stride;
+        pages.seek_to_image(number as usize).map_err(|e| failed(path, number, e))?;
+        holds(path, pages, page, number, size as u64)?;
+        let wanted = pages.image_buffer_layout().map_err(|e| failed(path, number, e))?;
+        if wanted.len != size {
+            let what =
+                format!("page {number} decodes to {} bytes, not the {size} of its size and type", wanted.len);
+            return Err(OpenError::corrupt(path, what));
+        }
+        if bytes.is_empty() {
+            bytes.try_reserve_exact(size).map_err(|_| OpenError::TooLarge {
+                file: path.to_owned(),
+                dims,
+                limit: "there is not enough memory for one page".to_owned(),
+            })?;
+            bytes.resize(size, 0);
+        }
+        pages.read_image_bytes(&mut bytes).map_err(|e| failed(path, number, e))?;
+        let start = values.len();
+        grow(path, dims, &mut values, points)?;
+        values.resize(start + points, 0.0);
+        let part = decode(&bytes, coding, &mut values[start..]);
+        loss = loss.plus(part);
+    }
+    Ok((values, loss))
+}
+
+/// Refuses a page whose strips or tiles can't unpack to its size, before memory is taken for it.
+fn holds(path: &Path, pages: &mut Pages, page: &Page, number: u64, size: u64) -> Result<(), OpenError> {
+    // Bytes that one byte can stand for at most.
+    let ratio = match page.compression {
+        CompressionMethod::None => 1,
+        CompressionMethod::PackBits => 64,
+        CompressionMethod::Deflate | CompressionMethod::OldDeflate => 1032,
+        _ => MOST_PACKED,
+    };
+    let mut packed = 0_u64;
+    for tag in [Tag::StripByteCounts, Tag::TileByteCounts] {
+        packed = find_list(path, pages, tag)?.iter().fold(packed, |sum, n| sum.saturating_add(*n));
+    }
+    if packed.saturating_mul(ratio) < size {
+        let what = format!(
+            "the {packed} bytes of page {number} (from 0) can't hold the {size} of its size and type"
+        );
+        return Err(OpenError::corrupt(path, what));
+    }
+    Ok(())
+}
+
+/// ImageJ writes stacks over 4 GiB with one directory: the other pages follow the first.
+fn read_contiguous(
+    path: &Path,
+    pages: &mut Pages,
+    page: &Page,
+    coding: &Coding,
+    stack: Stack,
+    len: u64,
+    need: u64,
+) -> Result<(Vec<f32>, Loss), OpenError> {
+    let other = |why: &str| {
+        let what = format!("an ImageJ stack with one directory for all its pages and {why}");
+        OpenError::unsupported(path, what, "Save the stack with one directory a page")
+    };
+    if page.compression != CompressionMethod::None {
+        return Err(other("compression"));
+    }
+    if stack.stride != 1 || stack.first != 0 {
+        return Err(other("more than one channel"));
+    }
+    let strips = find_list(path, pages, Tag::StripOffsets)?;
+    let sizes = find_list(path, pages, Tag::StripByteCounts)?;
+    // The first page must be in one piece for the others to follow it.
+    let in_one_piece =
+        strips.iter().zip(strips.iter().skip(1)).zip(&sizes).all(|((a, b), n)| a.checked_add(*n) == Some(*b));
+    let Some(start) = strips.first().copied().filter(|_| in_one_piece) else {
+        return Err(other("a first page in several pieces"));
+    };
+    let rest = len.saturating_sub(start);
+    if rest < need {
+        return Err(OpenError::Truncated {
+            file: path.to_owned(),
+            need,
+            have: format!("there are only {rest}"),
+        });
+    }
+    let reader = pages.inner();
+    reader.seek(SeekFrom::Start(start)).map_err(|e| OpenError::reading(path, e))?;
+    let dims = [page.width, page.height, stack.slices];
+    read_values(path, reader, dims, coding, need / coding.scalar.size() as u64)
+}
+
+/// What all pages of a stack have in common.
+#[derive(Debug, Clone, PartialEq)]
+struct Page {
+    width: u64,
+    height: u64,
+    scalar: Scalar,
+    white_is_zero: bool,
+    compression: CompressionMethod,
+}
+
+impl std::fmt::Display for Page {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} x {} of type {}", self.width, self.height, self.scalar)?;
+        if self.white_is_zero {
+            write!(f, ", WhiteIsZero")?;
+        }
+        if self.compression != CompressionMethod::None {
+            write!(f, ", compression {:?}", self.compression)?;
+        }
+        Ok(())
+    }
+}
+
+impl Page {
+    fn of(path: &Path, number: u64, pages: &mut Pages) -> Result<Self, OpenError> {
+        const REMEDY: &str = "Convert the stack to gray pages of u8, i8, u16, i16, u32, i32, f32 or f64";
+        let unsupported =
+            |what: String| OpenError::unsupported(path, format!("page {number} (from 0): {what}"), REMEDY);
+        let (width, height) = pages.dimensions().map_err(|e| failed(path, number, e))?;
+        let mut tag =
+            |tag, default: u64| Ok(find_list(path, pages, tag)?.first().copied().unwrap_or(default));
+        let photometric = tag(Tag::PhotometricInterpretation, 1)?;
+        let white_is_zero = match photometric {
+            0 => true,
+            1 => false,
+            2 => return Err(unsupported("RGB colour".to_owned())),
+            3 => return Err(unsupported("a colour palette".to_owned())),
+            n => return Err(unsupported(format!("photometric interpretation {n}"))),
+        };
+        let samples = tag(Tag::SamplesPerPixel, 1)?;
+        if samples != 1 {
+            return Err(unsupported(format!("{samples} samples a pixel")));
+        }
+        let bits = tag(Tag::BitsPerSample, 1)?;
+        let format = tag(Tag::SampleFormat, 1)?;
+        let scalar = match (bits, format) {
+            // 4 is "undefined", which readers take for unsigned.
+            (8, 1 | 4) => Scalar::U8,
+            (16, 1 | 4) => Scalar::U16,
+            (32, 1 | 4) => Scalar::U32,
+            (8, 2) => Scalar::I8,
+            (16, 2) => Scalar::I16,
+            (32, 2) => Scalar::I32,
+            (32, 3) => Scalar::F32,
+            (64, 3) => Scalar::F64,
+            (_, 1 | 4) => return Err(unsupported(format!("unsigned values of {bits} bits"))),
+            (_, 2) => return Err(unsupported(format!("signed values of {bits} bits"))),
+            (_, 3) => return Err(unsupported(format!("floating-point values of {bits} bits"))),
+            _ => return Err(unsupported(format!("sample format {format}"))),
+        };
+        if white_is_zero && format != 1 {
+            return Err(unsupported("WhiteIsZero with signed or floating-point values".to_owned()));
+        }
+        let compression = u16::try_from(tag(Tag::Compression, 1)?).unwrap_or(u16::MAX);
+        Ok(Self {
+            width: u64::from(width),
+            height: u64::from(height),
+            scalar,
+            white_is_zero,
+            compression: CompressionMethod::from_u16_exhaustive(compression),
+        })
+    }
+}
+
+/// A tag's whole numbers; empty without the tag.
+fn find_list(path: &Path, pages: &mut Pages, tag: Tag) -> Result<Vec<u64>, OpenError> {
+    // The crate allocates what a tag's count asks for; it has already read these once within its
+    // limits, the others are single numbers.
+    let count = pages.image_ifd().directory().get(tag).map_or(0, |entry| entry.count());
+    if count > 1 << 22 {
+        return Err(OpenError::corrupt(path, format!("the tag {tag:?} has {count} values")));
+    }
+    match pages.find_tag_unsigned_vec::<u64>(tag) {
+        Ok(list) => Ok(list.unwrap_or_default()),
+        Err(e) => Err(OpenError::corrupt(path, format!("the tag {tag:?} does not read ({e})"))),
+    }
+}
+
+fn failed(path: &Path, page: u64, error: TiffError) -> OpenError {
+    match error {
+        TiffError::IoError(e) if !matches!(e.kind(), std::io::ErrorKind::UnexpectedEof) => {
+            OpenError::reading(path, e)
+        }
+        TiffError::IoError(_) => OpenError::corrupt(path, format!("it ends inside page {page} (from 0)")),
+        TiffError::FormatError(
+            TiffFormatError::TiffSignatureNotFound | TiffFormatError::TiffSignatureInvalid,
+        ) => OpenError::header(path, "it does not begin like a TIFF file", "Check that the file is TIFF"),
+        TiffError::UnsupportedError(e) => OpenError::unsupported(
+            path,
+            format!("page {page} (from 0): the TIFF reader says \"{e}\", which"),
+            "Convert the stack to uncompressed gray pages",
+        ),
+        TiffError::LimitsExceeded => OpenError::corrupt(
+            path,
+            format!("page {page} (from 0) asks for more memory than the file can fill"),
+        ),
+        e => OpenError::corrupt(path, format!("page {page} (from 0) does not decode ({e})")),
+    }
+}

@@ -1,0 +1,316 @@
+use crate::*;
+use flate2::write::ZlibEncoder;
+
+#[derive(Clone, Copy, PartialEq)]
+pub enum Packing {
+    None,
+    Deflate,
+    PackBits,
+}
+
+/// A classic TIFF file, a directory a page, written entry by entry.
+#[derive(Clone)]
+pub struct Tiff {
+    pub scalar: Scalar,
+    pub endian: Endian,
+    pub size: [u32; 2],
+    pub pages: Vec<Vec<u8>>,
+    pub packing: Packing,
+    pub strips: u32,
+    pub photometric: u16,
+    pub description: Option<Vec<u8>>,
+    pub resolution: Option<[u32; 2]>,
+    pub resolution_unit: u16,
+    /// Replaces values of tags: (page, tag, value).
+    pub patches: Vec<(usize, u16, u32)>,
+}
+
+impl Tiff {
+    pub fn new(scalar: Scalar, endian: Endian) -> Self {
+        let data = encode(&values(scalar), scalar, endian);
+        Self {
+            scalar,
+            endian,
+            size: [5, 4],
+            pages: data.chunks(20 * scalar.size()).map(<[u8]>::to_vec).collect(),
+            packing: Packing::None,
+            strips: 1,
+            photometric: 1,
+            description: None,
+            resolution: None,
+            resolution_unit: 1,
+            patches: Vec::new(),
+        }
+    }
+
+    pub fn imagej(description: &str) -> Self {
+        let description = Some(format!("ImageJ=1.53t\n{description}\0").into_bytes());
+        Self { description, ..Self::new(Scalar::U16, Endian::Big) }
+    }
+
+    pub fn bytes(&self) -> Vec<u8> {
+        let order = |bytes: &[u8]| -> Vec<u8> {
+            if self.endian == Endian::Big { bytes.iter().rev().copied().collect() } else { bytes.to_vec() }
+        };
+        let short = |v: u16| order(&v.to_le_bytes());
+        let long = |v: u32| order(&v.to_le_bytes());
+        let mut out = if self.endian == Endian::Big { b"MM".to_vec() } else { b"II".to_vec() };
+        out.extend(short(42));
+        let mut link = out.len();
+        out.extend(long(0));
+        let put = |out: &mut Vec<u8>, bytes: &[u8]| {
+            let at = out.len() as u32;
+            out.extend(bytes);
+            at
+        };
+        for (number, page) in self.pages.iter().enumerate() {
+            let rows = self.size[1].div_ceil(self.strips);
+            let strip = rows as usize * self.size[0] as usize * self.scalar.size();
+            let strips: Vec<Vec<u8>> = page.chunks(strip).map(|s| self.pack(s)).collect();
+            let offsets: Vec<u32> = strips.iter().map(|s| put(&mut out, s)).collect();
+            let list = |out: &mut Vec<u8>, list: &[u32]| match list {
+                [one] => *one,
+                _ => put(out, &list.iter().flat_map(|v| long(*v)).collect::<Vec<u8>>()),
+            };
+            let offset = list(&mut out, &offsets);
+            let counts = list(&mut out, &strips.iter().map(|s| s.len() as u32).collect::<Vec<_>>());
+            let format = match self.scalar {
+                Scalar::U8 | Scalar::U16 | Scalar::U32 => 1,
+                Scalar::I8 | Scalar::I16 | Scalar::I32 => 2,
+                Scalar::F32 | Scalar::F64 => 3,
+            };
+            let compression = match self.packing {
+                Packing::None => 1,
+                Packing::Deflate => 8,
+                Packing::PackBits => 32773,
+            };
+            // Tag, type (2 text, 3 short, 4 long, 5 rational), count, value or place.
+            let mut tags: Vec<(u16, u16, u32, u32)> = vec![
+                (256, 4, 1, self.size[0]),
+                (257, 4, 1, self.size[1]),
+                (258, 3, 1, 8 * self.scalar.size() as u32),
+                (259, 3, 1, compression),
+                (262, 3, 1, u32::from(self.photometric)),
+                (273, 4, offsets.len() as u32, offset),
+                (277, 3, 1, 1),
+                (278, 4, 1, rows),
+                (279, 4, offsets.len() as u32, counts),
+                (284, 3, 1, 1),
+                (339, 3, 1, format),
+            ];
+            if let Some(description) = self.description.as_ref().filter(|_| number == 0) {
+                tags.push((270, 2, description.len() as u32, put(&mut out, description)));
+            }
+            if let Some([over, under]) = self.resolution {
+                let at = put(&mut out, &[long(over), long(under)].concat());
+                tags.extend([(282, 5, 1, at), (283, 5, 1, at), (296, 3, 1, u32::from(self.resolution_unit))]);
+            }
+            tags.sort();
+            let here = long(out.len() as u32);
+            out[link..link + 4].copy_from_slice(&here);
+            out.extend(short(tags.len() as u16));
+            for (tag, kind, count, value) in tags {
+                let patch = self.patches.iter().find(|p| (p.0, p.1) == (number, tag));
+                let value = patch.map_or(value, |p| p.2);
+                out.extend([short(tag), short(kind), long(count)].concat());
+                // A short stands in the first bytes of its field.
+                out.extend(if kind == 3 { [short(value as u16), vec![0; 2]].concat() } else { long(value) });
+            }
+            link = out.len();
+            out.extend(long(0));
+        }
+        out
+    }
+
+    fn pack(&self, strip: &[u8]) -> Vec<u8> {
+        match self.packing {
+            Packing::None => strip.to_vec(),
+            Packing::Deflate => {
+                let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
+                encoder.write_all(strip).unwrap();
+                encoder.finish().unwrap()
+            }
+            Packing::PackBits => strip.chunks(128).flat_map(|c| [&[c.len() as u8 - 1], c].concat()).collect(),
+        }
+    }
+}
+
+#[test]
+fn every_type_in_either_order_and_packing() {
+    for scalar in Scalar::ALL {
+        for endian in ORDERS {
+            for packing in [Packing::None, Packing::Deflate, Packing::PackBits] {
+                for strips in [1, 2, 4] {
+                    let file = Tiff { packing, strips, ..Tiff::new(scalar, endian) };
+                    let opened = open_bytes("a.TIFF", &file.bytes()).unwrap();
+                    assert_eq!(opened.volume.grid().points().to_array(), [5, 4, 3]);
+                    assert_values(&opened, &values(scalar));
+                    assert_plain_grid(&opened, [0.0; 3], [1.0; 3]);
+                    assert_eq!(opened.notes, [""; 0]);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn imagej_gives_spacing() {
+    let file =
+        Tiff { resolution: Some([4, 1]), ..Tiff::imagej("images=3\nslices=3\nunit=\\u00B5m\nspacing=2.5") };
+    let opened = open_bytes("a.tif", &file.bytes()).unwrap();
+    assert_plain_grid(&opened, [0.0; 3], [0.25, 0.25, 2.5]);
+    assert_values(&opened, &values(Scalar::U16));
+    assert_eq!(opened.notes, [""; 0]);
+    // Latin-1, as older versions write the micro sign.
+    let description = Some(b"ImageJ=1.40\nimages=3\nunit=\xb5m\nspacing=-3.0\nxorigin=2\n\0".to_vec());
+    let opened = open_bytes("a.tif", &Tiff { description, ..file.clone() }.bytes()).unwrap();
+    assert_plain_grid(&opened, [-0.5, 0.0, 0.0], [0.25, 0.25, 3.0]);
+    // The same resolution without the tag: nobody says what its unit is to z.
+    let opened = open_bytes("a.tif", &Tiff { description: None, ..file.clone() }.bytes()).unwrap();
+    assert_plain_grid(&opened, [0.0; 3], [1.0; 3]);
+    // No spacing along z.
+    let file = Tiff { resolution: Some([4, 1]), ..Tiff::imagej("images=3\n") };
+    let opened = open_bytes("a.tif", &file.bytes()).unwrap();
+    assert_plain_grid(&opened, [0.0; 3], [0.25, 0.25, 1.0]);
+    assert_eq!(opened.notes, ["the ImageJ tag has no spacing along z; 1 is used"]);
+    // 72 dots an inch are nobody's choice; 0 and infinity nobody's either.
+    let file = Tiff { resolution: Some([72, 1]), resolution_unit: 2, ..file };
+    assert_plain_grid(&open_bytes("a.tif", &file.bytes()).unwrap(), [0.0; 3], [1.0; 3]);
+    for odd in [[0, 1], [1, 0], [0, 0]] {
+        let file = Tiff { resolution: Some(odd), ..file.clone() };
+        let opened = open_bytes("a.tif", &file.bytes()).unwrap();
+        assert_plain_grid(&opened, [0.0; 3], [1.0; 3]);
+        assert!(opened.notes[0].contains("resolution along x"), "{:?}", opened.notes);
+    }
+}
+
+#[test]
+fn imagej_stacks_with_one_directory_are_read_on() {
+    for endian in ORDERS {
+        let mut file = Tiff { endian, ..Tiff::imagej("images=3\nslices=3\n") };
+        let data = encode(&values(Scalar::U16), Scalar::U16, endian);
+        file.pages.truncate(1);
+        file.pages[0] = data.clone();
+        // The strip holds all three pages; rows and sizes tell of one.
+        file.size[1] = 12;
+        file.patches = vec![(0, 257, 4), (0, 278, 4), (0, 279, 40)];
+        let opened = open_bytes("a.tif", &file.bytes()).unwrap();
+        assert_eq!(opened.volume.grid().points().to_array(), [5, 4, 3]);
+        assert_values(&opened, &values(Scalar::U16));
+        file.description = Some(b"ImageJ=1.53t\nimages=300000\n\0".to_vec());
+        assert!(refusal("a.tif", &file.bytes()).contains("the values need"));
+        file.description = Some(b"ImageJ=1.53t\nimages=6\nchannels=2\nslices=3\n\0".to_vec());
+        assert!(refusal("a.tif", &file.bytes()).contains("more than one channel"));
+        file.description = Some(b"ImageJ=1.53t\nimages=3\n\0".to_vec());
+        file.patches.push((0, 259, 8));
+        assert!(refusal("a.tif", &file.bytes()).contains("compression"));
+    }
+}
+
+#[test]
+fn imagej_hyperstacks_give_their_first_channel_and_frame() {
+    let mut file = Tiff::imagej("images=12\nchannels=2\nslices=3\nframes=2\nhyperstack=true\n");
+    let page = |n: u16| vec![[n.to_be_bytes(); 20].concat()];
+    file.pages = (0..12).flat_map(page).collect();
+    let opened = open_bytes("a.tif", &file.bytes()).unwrap();
+    let expected: Vec<f64> = [0.0, 2.0, 4.0].iter().flat_map(|v| [*v; 20]).collect();
+    assert_values(&opened, &expected);
+    let said = ["2 channels in the file; channel 0 is read", "2 frames in the file; frame 0 is read"];
+    assert_eq!(opened.notes, said);
+
+    let mut file = Tiff::imagej("images=3\nframes=3\n");
+    let opened = open_bytes("a.tif", &file.bytes()).unwrap();
+    assert_values(&opened, &values(Scalar::U16));
+    assert_eq!(opened.notes, ["the 3 pages are marked as frames; they are read as slices"]);
+    file.description = Some(b"ImageJ=1.53t\nimages=8\nchannels=4\nslices=2\n".to_vec());
+    let opened = open_bytes("a.tif", &file.bytes()).unwrap();
+    assert_values(&opened, &values(Scalar::U16));
+    assert_eq!(opened.notes.len(), 2);
+}
+
+#[test]
+fn imagej_calibration_is_applied() {
+    // How ImageJ stores signed 16-bit values.
+    let file = Tiff::imagej("images=3\ncf=0\nc0=-32768.0\nc1=1.0\nvunit=Gray Value\n");
+    let opened = open_bytes("a.tif", &file.bytes()).unwrap();
+    let expected: Vec<f64> = values(Scalar::U16).iter().map(|v| v - 32768.0).collect();
+    assert_values(&opened, &expected);
+    assert_eq!(opened.notes.len(), 1);
+    let opened = open_bytes("a.tif", &Tiff::imagej("images=3\ncf=20\nc0=1\nc1=2\n").bytes()).unwrap();
+    assert_values(&opened, &values(Scalar::U16));
+    assert_eq!(opened.notes, ["ImageJ's calibration function 20 is not applied"]);
+}
+
+#[test]
+fn white_is_zero_keeps_the_stored_values() {
+    for scalar in [Scalar::U8, Scalar::U16, Scalar::U32] {
+        for packing in [Packing::None, Packing::Deflate] {
+            let file = Tiff { photometric: 0, packing, ..Tiff::new(scalar, Endian::Big) };
+            let opened = open_bytes("a.tif", &file.bytes()).unwrap();
+            assert_values(&opened, &values(scalar));
+            assert_eq!(opened.notes.len(), 1);
+        }
+    }
+    let file = Tiff { photometric: 0, ..Tiff::new(Scalar::F32, Endian::Big) };
+    assert!(refusal("a.tif", &file.bytes()).contains("WhiteIsZero"));
+}
+
+#[test]
+fn what_is_not_read_is_refused_by_name() {
+    let good = Tiff::new(Scalar::U16, Endian::Little);
+    let patched = |page, tag, value| {
+        refusal("a.tif", &Tiff { patches: vec![(page, tag, value)], ..good.clone() }.bytes())
+    };
+    assert!(patched(1, 256, 4).contains("page 1 (from 0) is 4 x 4 of type u16, but page 0 is 5 x 4"));
+    assert!(patched(2, 339, 2).contains("page 2 (from 0) is 5 x 4 of type i16"));
+    assert!(patched(0, 262, 2).contains("RGB"));
+    assert!(patched(0, 262, 3).contains("palette"));
+    assert!(patched(0, 339, 3).contains("floating-point values of 16 bits"));
+    assert!(patched(0, 258, 4).contains("unsigned values of 4 bits"));
+    assert!(patched(0, 259, 4).contains("page 1"));
+    assert!(patched(0, 259, 50000).contains("page 1"));
+    let all = |tag, value| {
+        let patches = (0..3).map(|page| (page, tag, value)).collect();
+        refusal("a.tif", &Tiff { patches, ..good.clone() }.bytes())
+    };
+    assert!(all(259, 5).contains("damaged"));
+    assert!(all(259, 50000).contains("not supported"));
+    assert!(all(256, 1 << 30).contains("the number of samples"));
+    assert!(all(256, 1 << 18).contains("the values need"));
+    assert!(all(256, 1).contains("at least 2 along each axis"));
+    let wide = Tiff {
+        packing: Packing::Deflate,
+        patches: (0..3).map(|page| (page, 256, 10_000)).collect(),
+        ..good.clone()
+    };
+    assert!(refusal("a.tif", &wide.bytes()).contains("can't hold the 80000"));
+    let one = Tiff { pages: good.pages[..1].to_vec(), ..good.clone() };
+    assert!(refusal("a.tif", &one.bytes()).contains("5 x 4 x 1"));
+    assert!(refusal("a.tif", b"GIF89a............").contains("TIFF"));
+    let bytes = good.bytes();
+    assert!(refusal("a.tif", &bytes[..bytes.len() - 30]).contains("page 2"));
+}
+
+#[test]
+fn sizes_that_overflow_are_refused() {
+    // Strips times planes go over 32 bits, which the crate multiplies unchecked.
+    let patches = vec![(0, 257, u32::MAX), (0, 278, 1), (0, 277, 65535), (0, 284, 2)];
+    let file = Tiff { patches, ..Tiff::new(Scalar::U8, Endian::Little) };
+    assert!(refusal("a.tif", &file.bytes()).contains("damaged"));
+}
+
+/// Files of other programs, for what the writer above does not do.
+#[test]
+fn tiles_big_offsets_and_lzw() {
+    let values = |value: fn(f64, f64, f64) -> f64| -> Vec<f64> {
+        let point = |i: u32| (f64::from(i % 37), f64::from(i / 37 % 20), f64::from(i / 740));
+        (0..37 * 20 * 3).map(point).map(|(x, y, z)| value(x, y, z)).collect()
+    };
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    let opened = open(&data.join("big_tiled.tif")).unwrap();
+    assert_eq!(opened.volume.grid().points().to_array(), [37, 20, 3]);
+    assert_values(&opened, &values(|x, y, z| x * y - 50.0 * z));
+    let opened = open(&data.join("lzw.tif")).unwrap();
+    assert_eq!(opened.volume.grid().points().to_array(), [37, 20, 3]);
+    assert_values(&opened, &values(|x, y, z| 0.5 * x + y - 0.25 * z));
+}
