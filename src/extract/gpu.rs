@@ -86,6 +86,20 @@ pub struct Workspace {
     header: wgpu::Buffer,
 }
 
+/// What the stages leave in a [`Workspace`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct StageBuffers<'a> {
+    /// Whether `source` holds the samples of a field's bricks.
+    pub has_samples: bool,
+    pub source: &'a wgpu::Buffer,
+    pub ranges: &'a wgpu::Buffer,
+    pub marks: &'a wgpu::Buffer,
+    pub slots: &'a wgpu::Buffer,
+    pub active: &'a wgpu::Buffer,
+    pub records: &'a wgpu::Buffer,
+    pub counts: &'a wgpu::Buffer,
+}
+
 /// A mesh and how it was made.
 #[derive(Debug)]
 pub struct Extraction {
@@ -222,6 +236,16 @@ impl Extractor {
             self.upload(&workspace, source, workspace.plan.slabs[0])?;
         }
         Ok(workspace)
+    }
+
+    /// Fills the scratch with a pattern, so that what a stage did not write shows.
+    pub(crate) fn poison(&self, space: &Workspace) {
+        let buffers = space.buffers();
+        let scratch = [buffers.marks, buffers.slots, buffers.active, buffers.records, buffers.counts];
+        let samples = buffers.has_samples.then_some(buffers.source);
+        for buffer in scratch.into_iter().chain(samples) {
+            self.gpu.queue.write_buffer(buffer, 0, &vec![0xcd; buffer.size() as usize]);
+        }
     }
 
     /// Puts a volume's slab on the GPU and builds its range table.
@@ -595,6 +619,20 @@ impl Workspace {
     /// How the grid was cut, and the bytes of the buffers.
     pub fn plan(&self) -> &Plan {
         &self.plan
+    }
+
+    /// The buffers that a run leaves behind, for comparing stages.
+    pub(crate) fn buffers(&self) -> StageBuffers<'_> {
+        StageBuffers {
+            has_samples: !self.is_volume,
+            source: &self.source,
+            ranges: &self.ranges,
+            marks: &self.marks,
+            slots: &self.slots,
+            active: &self.active,
+            records: &self.records,
+            counts: &self.counts,
+        }
     }
 
     fn layers(&self) -> u32 {

@@ -1,0 +1,407 @@
+//! Both backends stage by stage: each CPU twin gets the bytes that the GPU's earlier stages left, and
+//! its output is held against the GPU's. What the `compare` command prints and the parity tests check.
+
+use crate::extract::{ExtractError, Extractor, Options, Source, Workspace, extract_on_cpu};
+use crate::field::{Field, NoForm, Points, Sense, Wgsl};
+use crate::gpu::GpuError;
+use crate::grid::SAMPLES_PER_BRICK;
+use crate::mesh::{Mesh, Vertex};
+use crate::stage::classify::BrickRecord;
+use crate::stage::classify::cpu::classify;
+use crate::stage::cull::cpu::{compact, cull, keep_all, range};
+use crate::stage::emit::cpu::{Beside, emit_field_vertices, emit_indices, emit_volume_vertices};
+use crate::stage::inside::{Inside, order_key};
+use crate::stage::params::Params;
+use crate::stage::sample::cpu::sample;
+use crate::stage::samples::Samples;
+use crate::stage::scan::cpu::scan;
+use crate::table::MARCHING_CUBES;
+use bytemuck::Zeroable;
+use std::fmt;
+
+/// How one output of a stage compares.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The stage.
+    pub stage: &'static str,
+    /// Which of its outputs.
+    pub what: &'static str,
+    /// Values compared.
+    pub compared: usize,
+    /// Values that differ in any bit.
+    pub differing: usize,
+    /// The largest difference in units in the last place; 0 for whole numbers.
+    pub most_ulps: u32,
+    /// The largest difference, and the most that is allowed; both 0 for what must be equal bit for bit.
+    pub difference: (f64, f64),
+}
+
+impl Row {
+    /// Whether the output agrees as it must.
+    pub fn agrees(&self) -> bool {
+        if self.difference.1 == 0.0 { self.differing == 0 } else { self.difference.0 <= self.difference.1 }
+    }
+
+    fn exact<T: PartialEq>(stage: &'static str, what: &'static str, gpu: &[T], cpu: &[T]) -> Self {
+        let differing = gpu.iter().zip(cpu).filter(|(a, b)| a != b).count() + gpu.len().abs_diff(cpu.len());
+        Self {
+            stage,
+            what,
+            compared: gpu.len().max(cpu.len()),
+            differing,
+            most_ulps: 0,
+            difference: (0.0, 0.0),
+        }
+    }
+
+    /// Compares floats that may differ by at most `allowed`; NaN equals NaN.
+    fn close(
+        stage: &'static str,
+        what: &'static str,
+        pairs: impl Iterator<Item = (f32, f32)>,
+        allowed: f64,
+    ) -> Self {
+        let mut row =
+            Self { stage, what, compared: 0, differing: 0, most_ulps: 0, difference: (0.0, allowed) };
+        for (a, b) in pairs {
+            row.compared += 1;
+            if a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()) {
+                continue;
+            }
+            row.differing += 1;
+            row.most_ulps = row.most_ulps.max(order_key(a.to_bits()).abs_diff(order_key(b.to_bits())));
+            let difference = (f64::from(a) - f64::from(b)).abs();
+            row.difference.0 =
+                row.difference.0.max(if difference.is_nan() { f64::INFINITY } else { difference });
+        }
+        row
+    }
+}
+
+/// What agrees between the backends, in the order of the stages.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// One row an output.
+    pub rows: Vec<Row>,
+    /// What could not be compared, and why.
+    pub notes: Vec<String>,
+}
+
+impl Comparison {
+    /// Whether everything agrees.
+    pub fn agrees(&self) -> bool {
+        self.rows.iter().all(Row::agrees)
+    }
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{:<10}{:<34}{:>12}{:>12}{:>10}  verdict",
+            "stage", "output", "compared", "differing", "ULPs"
+        )?;
+        for row in &self.rows {
+            let verdict = match (row.agrees(), row.differing) {
+                (true, 0) => "equal bit for bit".into(),
+                (true, _) => format!("within {:.1e}: at most {:.1e}", row.difference.1, row.difference.0),
+                (false, _) if row.difference.1 > 0.0 => {
+                    format!("DISAGREES: {:.1e}, allowed {:.1e}", row.difference.0, row.difference.1)
+                }
+                (false, _) => "DISAGREES".into(),
+            };
+            let Row { stage, what, compared, differing, most_ulps, .. } = row;
+            writeln!(f, "{stage:<10}{what:<34}{compared:>12}{differing:>12}{most_ulps:>10}  {verdict}")?;
+        }
+        self.notes.iter().try_for_each(|note| writeln!(f, "{note}"))
+    }
+}
+
+/// Why a comparison could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    /// The extraction itself failed.
+    #[error(transparent)]
+    Extract(#[from] ExtractError),
+    /// The grid does not fit in one slab and batch, whose buffers are compared.
+    #[error(
+        "the grid takes {slabs} slabs and {batches} batches here, and one of each is compared: use a coarser grid"
+    )]
+    TooLarge {
+        /// Slabs of the plan.
+        slabs: usize,
+        /// Batches of the plan.
+        batches: u32,
+    },
+}
+
+impl From<GpuError> for CompareError {
+    fn from(error: GpuError) -> Self {
+        Self::Extract(error.into())
+    }
+}
+
+impl From<NoForm> for CompareError {
+    fn from(error: NoForm) -> Self {
+        Self::Extract(error.into())
+    }
+}
+
+/// Runs the GPU with poisoned buffers, then every twin on the GPU's bytes, then both whole paths.
+///
+/// cull, classify, scan and indices must be equal bit for bit; samples within 2⁻²⁰ of the largest,
+/// positions within 4 ULPs of the largest coordinate, normals within 1e-3.
+///
+/// # Errors
+/// [`CompareError`].
+pub fn compare(
+    extractor: &Extractor,
+    source: &Source<'_>,
+    options: &Options,
+) -> Result<Comparison, CompareError> {
+    let space = extractor.prepare(source, options.memory_budget)?;
+    let plan = space.plan();
+    if plan.slabs.len() > 1 || plan.batches > 1 {
+        return Err(CompareError::TooLarge { slabs: plan.slabs.len(), batches: plan.batches });
+    }
+    extractor.poison(&space);
+    let extraction = extractor.extract_in(&space, source, options, &|_| {})?;
+    let mesh = extraction.mesh.read(extractor.gpu())?;
+    let gpu = Snapshot::read(extractor, &space)?;
+    let sense = options.sense.unwrap_or(source.sense());
+    let params = Params::new(source.grid(), options.iso, sense);
+    let inside = Inside::new(options.iso, sense);
+
+    let mut found = Comparison { rows: Vec::new(), notes: Vec::new() };
+    compare_cull(&mut found, source, &params, &gpu);
+    let sampled = compare_sample(&mut found, source, &params, &gpu)?;
+    let counts = compare_classify(&mut found, source, &params, inside, &gpu);
+    found.rows.push(Row::exact("scan", "offsets", &gpu.offsets, &counts));
+    compare_emit(&mut found, source, &params, inside, &gpu, &mesh)?;
+    if sampled {
+        compare_whole(&mut found, source, options, &mesh)?;
+    } else {
+        found.notes.push("sample, normals and the whole path: only a GPU evaluates this field".into());
+    }
+    Ok(found)
+}
+
+/// The GPU's buffers after a run.
+struct Snapshot {
+    ranges: Vec<[u32; 2]>,
+    slots: Vec<u32>,
+    active: Vec<u32>,
+    samples: Vec<f32>,
+    records: Vec<BrickRecord>,
+    offsets: Vec<[u32; 2]>,
+}
+
+impl Snapshot {
+    fn read(extractor: &Extractor, space: &Workspace) -> Result<Self, GpuError> {
+        let gpu = extractor.gpu();
+        let buffers = space.buffers();
+        let bricks = u64::from(space.plan().bricks);
+        let marks: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&gpu.read(buffers.marks, 8 * (bricks + 1))?);
+        let active = u64::from(marks[bricks as usize][0]);
+        let samples =
+            if buffers.has_samples { gpu.read(buffers.source, active * 4 * 729)? } else { Vec::new() };
+        let record = size_of::<BrickRecord>() as u64;
+        Ok(Self {
+            ranges: bytemuck::pod_collect_to_vec(&gpu.read(buffers.ranges, 8 * bricks)?),
+            slots: bytemuck::pod_collect_to_vec(&gpu.read(buffers.slots, 4 * bricks)?),
+            active: bytemuck::pod_collect_to_vec(&gpu.read(buffers.active, 4 * active)?),
+            samples: bytemuck::pod_collect_to_vec(&samples),
+            records: bytemuck::pod_collect_to_vec(&gpu.read(buffers.records, record * active)?),
+            offsets: bytemuck::pod_collect_to_vec(&gpu.read(buffers.counts, 8 * (active + 1))?),
+        })
+    }
+
+    /// The samples of a slot: the volume's own, or those that the GPU wrote.
+    fn samples<'a>(&'a self, source: &'a Source<'_>, params: &Params, slot: usize) -> Samples<'a> {
+        let origin = params.brick_origin(self.active[slot]);
+        match source {
+            Source::Volume(volume) => Samples::of_volume(volume.values(), params.points, origin),
+            Source::Field(..) => {
+                let brick: &[f32] = &self.samples[slot * SAMPLES_PER_BRICK..][..SAMPLES_PER_BRICK];
+                // The slice has that length.
+                let brick = <&[f32; SAMPLES_PER_BRICK]>::try_from(brick).unwrap_or(&[0.0; SAMPLES_PER_BRICK]);
+                Samples::of_brick(brick, params.points, origin)
+            }
+        }
+    }
+}
+
+fn compare_cull(found: &mut Comparison, source: &Source<'_>, params: &Params, gpu: &Snapshot) {
+    let bricks = params.slab_bricks as usize;
+    let mut marks = vec![[0; 2]; bricks + 1];
+    match source {
+        Source::Volume(volume) => {
+            let (ranges, _) = range(params, volume.values());
+            found.rows.push(Row::exact("cull", "range of each brick", &gpu.ranges, &ranges));
+            cull(params, &gpu.ranges, &mut marks[..bricks]);
+        }
+        Source::Field(..) => keep_all(&mut marks[..bricks]),
+    }
+    scan(&mut marks);
+    let mut slots = vec![0; bricks];
+    let active = compact(params, &marks, &mut slots);
+    found.rows.push(Row::exact("cull", "brick map", &gpu.slots, &slots));
+    found.rows.push(Row::exact("cull", "active list", &gpu.active, &active));
+}
+
+/// Whether there were samples to compare.
+fn compare_sample(
+    found: &mut Comparison,
+    source: &Source<'_>,
+    params: &Params,
+    gpu: &Snapshot,
+) -> Result<bool, NoForm> {
+    let Source::Field(field, _) = source else { return Ok(true) };
+    let mut twin = vec![[0.0; SAMPLES_PER_BRICK]; gpu.active.len()];
+    for (samples, &brick) in twin.iter_mut().zip(&gpu.active) {
+        match sample(params, *field, params.brick_origin(brick), samples) {
+            Ok(()) => {}
+            Err(NoForm::Cpu) => return Ok(false),
+            Err(error) => return Err(error),
+        }
+    }
+    let twin = twin.as_flattened();
+    let largest = twin.iter().filter(|v| v.is_finite()).fold(0.0f32, |m, v| m.max(v.abs()));
+    let allowed = f64::from(largest) * 2.0f64.powi(-20);
+    let pairs = gpu.samples.iter().copied().zip(twin.iter().copied());
+    found.rows.push(Row::close("sample", "values", pairs, allowed.max(f64::MIN_POSITIVE)));
+    Ok(true)
+}
+
+/// The twin's counts, scanned.
+fn compare_classify(
+    found: &mut Comparison,
+    source: &Source<'_>,
+    params: &Params,
+    inside: Inside,
+    gpu: &Snapshot,
+) -> Vec<[u32; 2]> {
+    let mut records = vec![BrickRecord::zeroed(); gpu.active.len()];
+    let mut counts = vec![[0; 2]; gpu.active.len() + 1];
+    for (slot, record) in records.iter_mut().enumerate() {
+        counts[slot] = classify(&MARCHING_CUBES, inside, &gpu.samples(source, params, slot), record);
+    }
+    let gpu_counts: Vec<[u32; 2]> =
+        gpu.offsets.windows(2).map(|w| [0, 1].map(|i| w[1][i].wrapping_sub(w[0][i]))).collect();
+    found.rows.push(Row::exact("classify", "edge masks and prefixes", &gpu.records, &records));
+    found.rows.push(Row::exact("classify", "counts", &gpu_counts, &counts[..gpu.active.len()]));
+    scan(&mut counts);
+    counts
+}
+
+fn compare_emit(
+    found: &mut Comparison,
+    source: &Source<'_>,
+    params: &Params,
+    inside: Inside,
+    gpu: &Snapshot,
+    mesh: &Mesh,
+) -> Result<(), NoForm> {
+    let mut has_normals = true;
+    let mut twin = Mesh::default();
+    for (slot, &brick) in gpu.active.iter().enumerate() {
+        let size = [0, 1].map(|i| gpu.offsets[slot + 1][i].saturating_sub(gpu.offsets[slot][i]) as usize);
+        // A defect elsewhere must not ask for absurd memory here: a brick has no more than this.
+        let mut vertices = vec![Vertex::default(); size[0].min(1536)];
+        let mut triangles = vec![[0; 3]; size[1].min(2560)];
+        let (origin, record, samples) =
+            (params.brick_origin(brick), &gpu.records[slot], gpu.samples(source, params, slot));
+        match source {
+            Source::Volume(volume) => {
+                emit_volume_vertices(params, inside, volume.values(), origin, record, &mut vertices);
+            }
+            Source::Field(field, _) => {
+                let done =
+                    emit_field_vertices(params, inside, *field, origin, &samples, record, &mut vertices);
+                if done == Err(NoForm::Cpu) {
+                    has_normals = false;
+                    emit_field_vertices(params, inside, &NoNormals, origin, &samples, record, &mut vertices)?;
+                }
+            }
+        }
+        let beside = Beside::new(params, &gpu.slots, &gpu.records, &gpu.offsets, brick);
+        emit_indices(params, &MARCHING_CUBES, inside, &samples, &beside, &mut triangles);
+        twin.vertices.append(&mut vertices);
+        twin.triangles.append(&mut triangles);
+    }
+    found.rows.push(Row::exact("emit", "indices", &mesh.triangles, &twin.triangles));
+    found.rows.push(Row::exact("emit", "number of vertices", &[mesh.vertices.len()], &[twin.vertices.len()]));
+    let largest = twin.vertices.iter().flat_map(|v| v.position).fold(0.0f32, |m, c| m.max(c.abs()));
+    let allowed = f64::from(largest) * 4.0 * f64::from(f32::EPSILON);
+    found.rows.push(Row::close(
+        "emit",
+        "positions",
+        parts(mesh, &twin, |v| v.position),
+        allowed.max(f64::MIN_POSITIVE),
+    ));
+    if has_normals {
+        found.rows.push(Row::close("emit", "normals", parts(mesh, &twin, |v| v.normal), 1e-3));
+    }
+    Ok(())
+}
+
+fn parts<'a>(
+    gpu: &'a Mesh,
+    cpu: &'a Mesh,
+    part: impl Fn(&Vertex) -> [f32; 3] + Copy + 'a,
+) -> impl Iterator<Item = (f32, f32)> + 'a {
+    gpu.vertices.iter().zip(&cpu.vertices).flat_map(move |(a, b)| part(a).into_iter().zip(part(b)))
+}
+
+/// Both paths from the source on. Where the backends' samples differ, cells at the very surface may fall
+/// into different cases: then the meshes are compared by what they enclose.
+fn compare_whole(
+    found: &mut Comparison,
+    source: &Source<'_>,
+    options: &Options,
+    mesh: &Mesh,
+) -> Result<(), ExtractError> {
+    let (cpu, _) = extract_on_cpu(source, options, &|_| {})?;
+    if cpu.triangles == mesh.triangles {
+        found.rows.push(Row::exact("whole", "indices", &mesh.triangles, &cpu.triangles));
+        let same = mesh.vertices.iter().zip(&cpu.vertices).all(|(a, b)| a == b);
+        let step = f64::from(source.grid().shortest_step());
+        let row = Row::close("whole", "positions", parts(mesh, &cpu, |v| v.position), step);
+        found.rows.push(row);
+        if same {
+            found.notes.push("the backends give the same bytes".into());
+        }
+    } else {
+        let apart = mesh.triangles.len().abs_diff(cpu.triangles.len()) as f64;
+        let allowed = 4.0 + 1e-3 * cpu.triangles.len() as f64;
+        found.rows.push(Row {
+            stage: "whole",
+            what: "number of triangles",
+            compared: cpu.triangles.len(),
+            differing: apart as usize,
+            most_ulps: 0,
+            difference: (apart, allowed),
+        });
+    }
+    Ok(())
+}
+
+/// Stands for a field that only a GPU evaluates, where normals do not matter.
+#[derive(Debug)]
+struct NoNormals;
+
+impl Field for NoNormals {
+    fn sense(&self) -> Sense {
+        Sense::Below
+    }
+    fn values(&self, _: Points<'_>, _: &mut [f32]) -> Result<(), NoForm> {
+        Err(NoForm::Cpu)
+    }
+    fn gradients(&self, _: Points<'_>, _: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+        out.fill([0.0; 3]);
+        Ok(())
+    }
+    fn wgsl(&self) -> Result<Wgsl, NoForm> {
+        Err(NoForm::Gpu)
+    }
+}
