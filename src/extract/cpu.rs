@@ -14,7 +14,6 @@ use crate::stage::sample::cpu::sample;
 use crate::stage::samples::Samples;
 use crate::stage::scan::cpu::scan;
 use crate::table::MARCHING_CUBES;
-use bytemuck::Zeroable;
 use glam::UVec3;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -69,7 +68,7 @@ pub fn extract_on_cpu(
     let record_bytes = brick_bytes + active.len() * (size_of::<BrickRecord>() + 8 + 4);
     budget("the records of the active bricks", record_bytes)?;
     let done = Progress::new(progress, active.len());
-    let mut records = vec![BrickRecord::zeroed(); active.len()];
+    let mut records: Vec<BrickRecord> = bytemuck::zeroed_vec(active.len());
     let mut counts = vec![[0; 2]; active.len() + 1];
     let classified = records
         .par_chunks_mut(TASK)

@@ -1,22 +1,25 @@
 //! CPU twin of `shaders/emit.wgsl`.
+//!
+//! Where the shader gives a vertex to an invocation, the twin gathers the crossings of a brick into
+//! arrays, [`LANES`] at a time, and the arithmetic of the shader runs over the arrays.
 
 use crate::field::{Field, NoForm, Points};
 use crate::mesh::Vertex;
 use crate::stage::classify::BrickRecord;
-use crate::stage::classify::cpu::{InsideRows, RowShape, cell_case, mixed_cells};
+use crate::stage::classify::cpu::{InsideRows, PlaneShape, cell_case, mixed_cells};
 use crate::stage::cull::cpu::NO_SLOT;
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
 use crate::table::Table;
 use glam::{UVec3, Vec3};
+use multiversion::multiversion;
 
-/// Where between the edge's ends the value is iso; in the middle where the ends do not tell.
-#[inline(always)]
-pub fn crossing(iso: f32, a: f32, b: f32) -> f32 {
-    let t = (iso - a) / (b - a);
-    if a.is_finite() && b.is_finite() && t.is_finite() { t.clamp(0.0, 1.0) } else { 0.5 }
-}
+/// Vertices whose arithmetic is done together.
+const LANES: usize = 32;
+
+/// One number a vertex.
+type Lane = [f32; LANES];
 
 fn largest(v: Vec3) -> f32 {
     v.x.abs().max(v.y.abs().max(v.z.abs()))
@@ -24,7 +27,6 @@ fn largest(v: Vec3) -> f32 {
 
 /// `v` at unit length, or the fallback where v has no direction. Scaling first keeps the squares from
 /// overflowing and underflowing.
-#[inline(always)]
 pub fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
     let known = largest(v) > 0.0 && v.is_finite();
     let w = if known { v } else { fallback };
@@ -32,54 +34,140 @@ pub fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
     scaled / ((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z).sqrt()
 }
 
-/// A vertex before its normal is known.
-struct Crossing {
-    owner: UVec3,
-    axis: UVec3,
-    t: f32,
-    position: Vec3,
-    /// Along the edge, out of the solid: the normal where the gradient says nothing.
-    outwards: Vec3,
+/// Crossed edges of a brick, as many as [`LANES`], and their vertices.
+struct Crossings {
+    /// Grid coordinates of the edges' owners.
+    owner: [Lane; 3],
+    /// 1 for the edge's axis, 0 for the others.
+    axis: [Lane; 3],
+    /// The samples at the edges' ends.
+    ends: [Lane; 2],
+    /// Fractions of the edges at which the vertices lie.
+    t: Lane,
+    /// World positions of the vertices.
+    position: [Lane; 3],
 }
 
-/// Calls `found` for every crossed owned edge of the brick, in the order of its vertices.
-#[inline(always)]
-fn crossings(
-    params: &Params,
-    inside: Inside,
-    origin: UVec3,
-    samples: &Samples<'_>,
-    record: &BrickRecord,
-    mut found: impl FnMut(Crossing),
-) {
-    let steps = [params.step_x, params.step_y, params.step_z].map(Vec3::from);
-    for (row, word) in record.rows.iter().enumerate() {
-        let (y, z) = (row % 8, row / 8);
-        let mut edges = word & 0xff_ffff;
-        while edges != 0 {
-            let bit = edges.trailing_zeros() as usize;
-            edges &= edges - 1;
-            let (x, axis) = (bit % 8, bit / 8);
-            let a = samples.at(x, y, z);
-            let b = samples.at(
-                x + usize::from(axis == 0),
-                y + usize::from(axis == 1),
-                z + usize::from(axis == 2),
-            );
-            let t = crossing(params.iso, a, b);
-            let owner = origin + UVec3::new(x as u32, y as u32, z as u32);
-            let axis_vector = UVec3::from([0, 1, 2].map(|i| u32::from(i == axis)));
-            let position = params.grid_position(owner.as_vec3() + axis_vector.as_vec3() * t);
-            let along = steps[axis];
-            let outwards = if inside.test(a) { along } else { -along };
-            found(Crossing { owner, axis: axis_vector, t, position, outwards });
+impl Crossings {
+    #[inline(always)]
+    fn new() -> Self {
+        let [owner, axis, position] = [[[0.0; LANES]; 3]; 3];
+        Self { owner, axis, ends: [[0.0; LANES]; 2], t: [0.0; LANES], position }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, i: usize, owner: [u32; 3], axis: usize, ends: [f32; 2]) {
+        for k in 0..3 {
+            self.owner[k][i] = owner[k] as f32;
+            self.axis[k][i] = if k == axis { 1.0 } else { 0.0 };
         }
+        self.ends[0][i] = ends[0];
+        self.ends[1][i] = ends[1];
+    }
+
+    /// From ends to fractions and positions. The fraction is where between the edge's ends the value
+    /// is iso; in the middle where the ends do not tell.
+    #[inline(always)]
+    fn place(&mut self, params: &Params) {
+        let [a, b] = &self.ends;
+        for i in 0..LANES {
+            let t = (params.iso - a[i]) / (b[i] - a[i]);
+            let sure =
+                (a[i].abs() < f32::INFINITY) & (b[i].abs() < f32::INFINITY) & (t.abs() < f32::INFINITY);
+            let t = if t < 0.0 { 0.0 } else { t };
+            let t = if t > 1.0 { 1.0 } else { t };
+            self.t[i] = if sure { t } else { 0.5 };
+        }
+        for k in 0..3 {
+            let [x, y, z] = [params.step_x[k], params.step_y[k], params.step_z[k]];
+            for i in 0..LANES {
+                let t = self.t[i];
+                let qx = self.owner[0][i] + self.axis[0][i] * t;
+                let qy = self.owner[1][i] + self.axis[1][i] * t;
+                let qz = self.owner[2][i] + self.axis[2][i] * t;
+                self.position[k][i] = params.origin[k] + ((x * qx + y * qy) + z * qz);
+            }
+        }
+    }
+
+    /// Along the edge, out of the solid: the normal where the gradient says nothing.
+    fn outwards(&self, params: &Params, inside: Inside, i: usize) -> Vec3 {
+        let steps = [params.step_x, params.step_y, params.step_z].map(Vec3::from);
+        let axis = (0..3).find(|&axis| self.axis[axis][i] == 1.0).unwrap_or(0);
+        if inside.test(self.ends[0][i]) { steps[axis] } else { -steps[axis] }
+    }
+
+    /// Writes the vertices with `vectors`, at unit length, as normals.
+    #[inline(always)]
+    fn write(&self, params: &Params, inside: Inside, vectors: &[Lane; 3], vertices: &mut [Vertex]) {
+        let mut normals = [[0.0; LANES]; 3];
+        let mut unknown = 0u32;
+        let [x, y, z] = vectors;
+        for i in 0..LANES {
+            // `unit_or`, without its fallback.
+            let larger = |a: f32, b: f32| if a > b { a } else { b };
+            let most = larger(x[i].abs(), larger(y[i].abs(), z[i].abs()));
+            let [sx, sy, sz] = [x[i] / most, y[i] / most, z[i] / most];
+            let length = ((sx * sx + sy * sy) + sz * sz).sqrt();
+            [normals[0][i], normals[1][i], normals[2][i]] = [sx / length, sy / length, sz / length];
+        }
+        for i in 0..LANES {
+            let finite =
+                (x[i].abs() < f32::INFINITY) & (y[i].abs() < f32::INFINITY) & (z[i].abs() < f32::INFINITY);
+            let nonzero = (x[i] != 0.0) | (y[i] != 0.0) | (z[i] != 0.0);
+            unknown |= u32::from(!(finite & nonzero));
+        }
+        for (i, vertex) in vertices.iter_mut().take(LANES).enumerate() {
+            let position = [self.position[0][i], self.position[1][i], self.position[2][i]];
+            *vertex = Vertex { position, normal: [normals[0][i], normals[1][i], normals[2][i]] };
+        }
+        if unknown != 0 {
+            for (i, vertex) in vertices.iter_mut().take(LANES).enumerate() {
+                let vector = Vec3::new(x[i], y[i], z[i]);
+                vertex.normal = unit_or(vector, self.outwards(params, inside, i)).into();
+            }
+        }
+    }
+}
+
+/// The crossed owned edges of a brick, in the order of its vertices.
+struct Edges<'a> {
+    rows: &'a [u32; 64],
+    /// Rows begun.
+    begun: usize,
+    /// What is left of the last two of them: two rows a word, since branches on how many edges a row
+    /// has are often mispredicted.
+    left: u64,
+}
+
+impl<'a> Edges<'a> {
+    #[inline(always)]
+    fn new(record: &'a BrickRecord) -> Self {
+        Self { rows: &record.rows, begun: 0, left: 0 }
+    }
+}
+
+impl Iterator for Edges<'_> {
+    /// x, y, z of the owner in the brick, and the axis.
+    type Item = ([u32; 3], usize);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        while self.left == 0 {
+            let pair = self.rows.get(self.begun..self.begun + 2)?;
+            self.left = u64::from(pair[0] & 0xff_ffff) | u64::from(pair[1] & 0xff_ffff) << 32;
+            self.begun += 2;
+        }
+        let bit = self.left.trailing_zeros();
+        self.left &= self.left - 1;
+        let row = self.begun as u32 - 2 + bit / 32;
+        Some(([bit % 8, row % 8, row / 8], (bit % 32 / 8) as usize))
     }
 }
 
 /// The vertices of a brick of a volume: normals from central differences at both ends of the edge,
 /// interpolated as the vertex is (Lorensen & Cline 1987).
-#[inline(always)]
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_volume_vertices(
     params: &Params,
     inside: Inside,
@@ -88,41 +176,87 @@ pub fn emit_volume_vertices(
     record: &BrickRecord,
     vertices: &mut [Vertex],
 ) {
-    let samples = Samples::of_volume(values, params.points, origin);
-    let outward = [params.outward_x, params.outward_y, params.outward_z].map(Vec3::from);
-    let mut out = vertices.iter_mut();
-    crossings(params, inside, origin, &samples, record, |c| {
-        let a = volume_gradient(params.points, values, c.owner);
-        let b = volume_gradient(params.points, values, c.owner + c.axis);
-        let g = a + (b - a) * c.t;
-        let vector = (outward[0] * g.x + outward[1] * g.y) + outward[2] * g.z;
-        if let Some(vertex) = out.next() {
-            let normal = unit_or(vector, c.outwards);
-            *vertex = Vertex { position: c.position.into(), normal: normal.into() };
-        }
-    });
+    let (first, points) = (origin.to_array(), params.points);
+    let interior = first.iter().zip(points).all(|(&first, n)| first > 0 && first + 9 < n);
+    if interior {
+        volume_vertices::<true>(params, inside, values, first, record, vertices);
+    } else {
+        volume_vertices::<false>(params, inside, values, first, record, vertices);
+    }
 }
 
-/// Differences per grid step along each axis: central inside, one-sided at the border.
 #[inline(always)]
-fn volume_gradient(points: [u32; 3], values: &[f32], point: UVec3) -> Vec3 {
-    let [nx, ny, _] = points.map(|n| n as usize);
+fn volume_vertices<const INTERIOR: bool>(
+    params: &Params,
+    inside: Inside,
+    values: &[f32],
+    origin: [u32; 3],
+    record: &BrickRecord,
+    vertices: &mut [Vertex],
+) {
+    let [nx, ny, _] = params.points.map(|n| n as usize);
     let pitch = [1, nx, nx * ny];
-    let point = point.to_array();
-    let at = point[0] as usize + nx * (point[1] as usize + ny * point[2] as usize);
-    Vec3::from([0, 1, 2].map(|axis| {
-        let lower = point[axis] > 0;
-        let upper = point[axis] < points[axis] - 1;
-        let low = values[at - if lower { pitch[axis] } else { 0 }];
-        let high = values[at + if upper { pitch[axis] } else { 0 }];
-        if lower && upper { (high - low) * 0.5 } else { high - low }
-    }))
+    let mut edges = Edges::new(record);
+    let mut batch = Crossings::new();
+    // At both ends of the edges, along the axes.
+    let mut slopes = [[[0.0; LANES]; 3]; 2];
+    for vertices in vertices.chunks_mut(LANES) {
+        for (i, ([x, y, z], axis)) in (0..vertices.len()).zip(&mut edges) {
+            let mut point = [origin[0] + x, origin[1] + y, origin[2] + z];
+            let at = point[0] as usize + nx * (point[1] as usize + ny * point[2] as usize);
+            let next = at + pitch[axis];
+            batch.set(i, point, axis, [values[at], values[next]]);
+            for k in 0..3 {
+                slopes[0][k][i] = slope::<INTERIOR>(params, values, at, pitch[k], k, point[k]);
+            }
+            point[axis] += 1;
+            for k in 0..3 {
+                slopes[1][k][i] = slope::<INTERIOR>(params, values, next, pitch[k], k, point[k]);
+            }
+        }
+        batch.place(params);
+        let mut vectors = [[0.0; LANES]; 3];
+        let [a, b] = &slopes;
+        for (k, vector) in vectors.iter_mut().enumerate() {
+            let [x, y, z] = [params.outward_x[k], params.outward_y[k], params.outward_z[k]];
+            for i in 0..LANES {
+                let t = batch.t[i];
+                let gx = a[0][i] + (b[0][i] - a[0][i]) * t;
+                let gy = a[1][i] + (b[1][i] - a[1][i]) * t;
+                let gz = a[2][i] + (b[2][i] - a[2][i]) * t;
+                vector[i] = (x * gx + y * gy) + z * gz;
+            }
+        }
+        batch.write(params, inside, &vectors, vertices);
+    }
+}
+
+/// The difference per grid step along axis `k` at the value `at`, whose coordinate along the axis is
+/// `coordinate`: central inside, one-sided at the border.
+#[inline(always)]
+fn slope<const INTERIOR: bool>(
+    params: &Params,
+    values: &[f32],
+    at: usize,
+    pitch: usize,
+    k: usize,
+    coordinate: u32,
+) -> f32 {
+    if INTERIOR {
+        return (values[at + pitch] - values[at - pitch]) * 0.5;
+    }
+    let lower = coordinate > 0;
+    let upper = coordinate < params.points[k] - 1;
+    let low = values[at - if lower { pitch } else { 0 }];
+    let high = values[at + if upper { pitch } else { 0 }];
+    if lower && upper { (high - low) * 0.5 } else { high - low }
 }
 
 /// The vertices of a brick of a field: normals from the field's gradients at the vertices.
 ///
 /// # Errors
 /// [`NoForm::Cpu`].
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_field_vertices(
     params: &Params,
     inside: Inside,
@@ -132,20 +266,46 @@ pub fn emit_field_vertices(
     record: &BrickRecord,
     vertices: &mut [Vertex],
 ) -> Result<(), NoForm> {
-    let count = vertices.len();
-    let mut at = [0; 3].map(|_| Vec::with_capacity(count));
-    let mut fallbacks = Vec::with_capacity(count);
-    crossings(params, inside, origin, samples, record, |c| {
-        at.iter_mut().zip(c.position.to_array()).for_each(|(list, v)| list.push(v));
-        fallbacks.push(c.outwards);
-    });
-    let mut gradients = vec![[0.0; 3]; count];
-    let points = Points { x: &at[0], y: &at[1], z: &at[2] };
-    field.gradients(points, params.delta, &mut gradients)?;
-    for (i, vertex) in vertices.iter_mut().enumerate() {
-        let vector = Vec3::from(gradients[i]) * params.outward_sign;
-        let normal = unit_or(vector, fallbacks[i]).into();
-        *vertex = Vertex { position: [at[0][i], at[1][i], at[2][i]], normal };
+    field_vertices(params, inside, field, origin.to_array(), samples, record, vertices)
+}
+
+#[inline(always)]
+fn field_vertices(
+    params: &Params,
+    inside: Inside,
+    field: &dyn Field,
+    origin: [u32; 3],
+    samples: &Samples<'_>,
+    record: &BrickRecord,
+    vertices: &mut [Vertex],
+) -> Result<(), NoForm> {
+    let mut edges = Edges::new(record);
+    let mut batch = Crossings::new();
+    for vertices in vertices.chunks_mut(LANES) {
+        for (i, (local, axis)) in (0..vertices.len()).zip(&mut edges) {
+            let [x, y, z] = local.map(|n| n as usize);
+            let a = samples.at(x, y, z);
+            let b = samples.at(
+                x + usize::from(axis == 0),
+                y + usize::from(axis == 1),
+                z + usize::from(axis == 2),
+            );
+            let owner = [origin[0] + local[0], origin[1] + local[1], origin[2] + local[2]];
+            batch.set(i, owner, axis, [a, b]);
+        }
+        batch.place(params);
+        let count = vertices.len();
+        let mut gradients = [[0.0; 3]; LANES];
+        let [x, y, z] = &batch.position;
+        let points = Points { x: &x[..count], y: &y[..count], z: &z[..count] };
+        field.gradients(points, params.delta, &mut gradients[..count])?;
+        let mut vectors = [[0.0; LANES]; 3];
+        for (k, vector) in vectors.iter_mut().enumerate() {
+            for i in 0..LANES {
+                vector[i] = gradients[i][k] * params.outward_sign;
+            }
+        }
+        batch.write(params, inside, &vectors, vertices);
     }
     Ok(())
 }
@@ -171,29 +331,78 @@ impl<'a> Beside<'a> {
             (slot != NO_SLOT).then(|| (&records[slot as usize], offsets[slot as usize][0]))
         }))
     }
+}
 
-    /// Number of the vertex on edge `edge` of the cell at (x, y, z) of the brick.
-    #[inline(always)]
-    fn vertex_on(&self, edge: u32, x: u32, y: u32, z: u32) -> u32 {
+/// The edge masks of the 9×9 rows of points that a brick's cells touch, and the number of each row's
+/// first vertex: of points x = 0–7 at `y + 9 z`, of x = 8 at [`NEXT`] more.
+struct RowNumbers {
+    masks: [u32; 256],
+    first: [u32; 256],
+}
+
+/// From a row of the brick to the row that continues it in the next brick along x.
+const NEXT: u32 = 81;
+
+/// From a cell to an edge's owner: rows on, points on, and 8 times the edge's axis.
+const OWNERS: [[u32; 3]; 16] = {
+    let mut owners = [[0; 3]; 16];
+    let mut edge = 0;
+    while edge < 12 {
         let (axis, one, two) = (edge >> 2, edge & 1, edge >> 1 & 1);
         let [dx, dy, dz] = match axis {
             0 => [0, one, two],
             1 => [one, 0, two],
             _ => [one, two, 0],
         };
-        let (x, y, z) = (x + dx, y + dy, z + dz);
-        let owner = (x >> 3) + (y >> 3) * 2 + (z >> 3) * 4;
-        // A crossed edge's owner is always active: its two ends straddle iso.
-        let Some((record, first)) = self.0[owner as usize] else { return 0 };
-        let (x, y, z) = (x & 7, y & 7, z & 7);
-        let row = record.rows[(y + 8 * z) as usize];
-        let earlier = row & ((1 << (8 * axis + x)) - 1);
-        first + (record.planes[z as usize] & 0xffff) + (row >> 24) + earlier.count_ones()
+        owners[edge as usize] = [dy + 9 * dz, dx, 8 * axis];
+        edge += 1;
+    }
+    owners
+};
+
+impl RowNumbers {
+    #[inline(always)]
+    fn new(beside: &Beside<'_>) -> Self {
+        let mut rows = Self { masks: [0; 256], first: [0; 256] };
+        for (i, brick) in beside.0.iter().enumerate() {
+            // A crossed edge's owner is always active: its two ends straddle iso.
+            let Some((record, first)) = brick else { continue };
+            let start = i % 2 * NEXT as usize;
+            let last = [i / 2 % 2, i / 4].map(|next| next == 1);
+            for z in if last[1] { 0..1 } else { 0..8 } {
+                let plane = first + (record.planes[z] & 0xffff);
+                let place = start + 9 * if last[1] { 8 } else { z };
+                if last[0] {
+                    rows.set(place + 8, record.rows[8 * z], plane);
+                } else {
+                    for y in 0..8 {
+                        rows.set(place + y, record.rows[8 * z + y], plane);
+                    }
+                }
+            }
+        }
+        rows
+    }
+
+    #[inline(always)]
+    fn set(&mut self, place: usize, word: u32, plane: u32) {
+        self.masks[place] = word;
+        self.first[place] = plane + (word >> 24);
+    }
+
+    /// Number of the vertex on edge `edge` of the cell at `x` of row `row`.
+    #[inline(always)]
+    fn vertex_on(&self, edge: u64, x: u32, row: u32) -> u32 {
+        let [rows_on, on, axis] = OWNERS[(edge & 15) as usize];
+        let x = x + on;
+        let place = usize::from((row + rows_on + NEXT * (x >> 3)) as u8);
+        let earlier = self.masks[place] & ((1 << (axis + (x & 7))) - 1);
+        self.first[place] + earlier.count_ones()
     }
 }
 
 /// The triangles of a brick, as vertex numbers of the whole mesh.
-#[inline(always)]
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_indices(
     params: &Params,
     table: &Table,
@@ -202,25 +411,37 @@ pub fn emit_indices(
     beside: &Beside<'_>,
     triangles: &mut [[u32; 3]],
 ) {
-    let rows = InsideRows::new(samples, inside);
+    indices(params, table, inside, samples, beside, triangles);
+}
+
+#[inline(always)]
+fn indices(
+    params: &Params,
+    table: &Table,
+    inside: Inside,
+    samples: &Samples<'_>,
+    beside: &Beside<'_>,
+    triangles: &mut [[u32; 3]],
+) {
+    let (rows, numbers) = (InsideRows::new(samples, inside), RowNumbers::new(beside));
     let mut out = triangles.iter_mut();
     for z in 0..8 {
-        for y in 0..8 {
-            let (bits, shape) = (rows.four(y, z), RowShape::new(samples.extent, y, z));
-            let mut mixed = mixed_cells(bits, shape);
-            while mixed != 0 {
-                let x = mixed.trailing_zeros();
-                mixed &= mixed - 1;
-                let mut packed = table.packed(cell_case(bits, x));
-                let count = packed & 15;
-                packed >>= 4;
-                for _ in 0..count {
-                    let [a, b, c] = [packed & 15, packed >> 4 & 15, packed >> 8 & 15]
-                        .map(|edge| beside.vertex_on(edge as u32, x, y as u32, z as u32));
-                    packed >>= 12;
-                    if let Some(triangle) = out.next() {
-                        *triangle = if params.mirrored == 1 { [a, c, b] } else { [a, b, c] };
-                    }
+        let corners = rows.corners(z);
+        let mut mixed = mixed_cells(&corners, PlaneShape::new(samples.extent, z));
+        while mixed != 0 {
+            let cell = mixed.trailing_zeros();
+            mixed &= mixed - 1;
+            let (x, row) = (cell % 8, cell / 8 + 9 * z as u32);
+            let mut packed = table.packed(cell_case(&corners, cell));
+            let count = packed & 15;
+            packed >>= 4;
+            for _ in 0..count {
+                let a = numbers.vertex_on(packed, x, row);
+                let b = numbers.vertex_on(packed >> 4, x, row);
+                let c = numbers.vertex_on(packed >> 8, x, row);
+                packed >>= 12;
+                if let Some(triangle) = out.next() {
+                    *triangle = if params.mirrored == 1 { [a, c, b] } else { [a, b, c] };
                 }
             }
         }
