@@ -16,7 +16,7 @@ use glam::{UVec3, Vec3};
 use multiversion::multiversion;
 
 /// Vertices whose arithmetic is done together.
-const LANES: usize = 32;
+const LANES: usize = 16;
 
 /// One number a vertex.
 type Lane = [f32; LANES];
@@ -333,19 +333,20 @@ impl<'a> Beside<'a> {
     }
 }
 
-/// The edge masks of the 9×9 rows of points that a brick's cells touch, and the number of each row's
-/// first vertex: of points x = 0–7 at `y + 9 z`, of x = 8 at [`NEXT`] more.
-struct RowNumbers {
-    masks: [u32; 256],
-    first: [u32; 256],
-}
+/// The numbers of the vertices on the edges of a brick's cells; scratch of [`emit_indices`].
+///
+/// The edges of row (y, z), y and z from 0 to 8, begin at `ROW * (y + 9 z)`: those along x of points
+/// 0–7, then those along y and those along z of points 0–8. Only crossed edges have a number, others
+/// what an earlier brick left there.
+pub struct EdgeNumbers(Box<[u32; 4096]>);
 
-/// From a row of the brick to the row that continues it in the next brick along x.
-const NEXT: u32 = 81;
+/// Entries a row of points: along x, y and z at [`ALONG`].
+const ROW: u32 = 32;
+const ALONG: [u32; 3] = [0, 8, 17];
 
-/// From a cell to an edge's owner: rows on, points on, and 8 times the edge's axis.
-const OWNERS: [[u32; 3]; 16] = {
-    let mut owners = [[0; 3]; 16];
+/// From the entry of a cell's lowest corner to that of its edge.
+const EDGES: [u32; 16] = {
+    let mut places = [0; 16];
     let mut edge = 0;
     while edge < 12 {
         let (axis, one, two) = (edge >> 2, edge & 1, edge >> 1 & 1);
@@ -354,51 +355,92 @@ const OWNERS: [[u32; 3]; 16] = {
             1 => [one, 0, two],
             _ => [one, two, 0],
         };
-        owners[edge as usize] = [dy + 9 * dz, dx, 8 * axis];
+        places[edge as usize] = ROW * (dy + 9 * dz) + ALONG[axis as usize] + dx;
         edge += 1;
     }
-    owners
+    places
 };
 
-impl RowNumbers {
+impl Default for EdgeNumbers {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl EdgeNumbers {
+    /// Room for one brick.
+    pub fn new() -> Self {
+        Self(Box::new([0; 4096]))
+    }
+
+    /// The number on an edge (the low four bits of `edge`) of the cell at `place`.
     #[inline(always)]
-    fn new(beside: &Beside<'_>) -> Self {
-        let mut rows = Self { masks: [0; 256], first: [0; 256] };
-        for (i, brick) in beside.0.iter().enumerate() {
-            // A crossed edge's owner is always active: its two ends straddle iso.
-            let Some((record, first)) = brick else { continue };
-            let start = i % 2 * NEXT as usize;
-            let last = [i / 2 % 2, i / 4].map(|next| next == 1);
-            for z in if last[1] { 0..1 } else { 0..8 } {
-                let plane = first + (record.planes[z] & 0xffff);
-                let place = start + 9 * if last[1] { 8 } else { z };
-                if last[0] {
-                    rows.set(place + 8, record.rows[8 * z], plane);
-                } else {
-                    for y in 0..8 {
-                        rows.set(place + y, record.rows[8 * z + y], plane);
-                    }
-                }
+    fn of(&self, place: u32, edge: u64) -> u32 {
+        self.0[(place + EDGES[(edge & 15) as usize]) as usize % 4096]
+    }
+
+    #[inline(always)]
+    fn at(&mut self, place: u32) -> &mut u32 {
+        &mut self.0[place as usize % 4096]
+    }
+
+    /// Numbers the edges that a brick's cells touch.
+    #[inline(always)]
+    fn fill(&mut self, beside: &Beside<'_>) {
+        // A crossed edge's owner is always active: its two ends straddle iso.
+        if let Some((record, first)) = beside.0[0] {
+            for (([x, y, z], axis), number) in Edges::new(record).zip(first..) {
+                *self.at(ROW * (y + 9 * z) + ALONG[axis] + x) = number;
             }
         }
-        rows
+        for z in 0..8 {
+            self.row(beside, 2, 8, z);
+        }
+        for y in 0..8 {
+            self.row(beside, 4, y, 8);
+        }
+        self.row(beside, 6, 8, 8);
+        for z in 0..8 {
+            for y in 0..8 {
+                self.next_along_x(beside, 1, y, z);
+            }
+            self.next_along_x(beside, 3, 8, z);
+        }
+        for y in 0..8 {
+            self.next_along_x(beside, 5, y, 8);
+        }
     }
 
+    /// Numbers the edges of points 0–7 of row (y, z), which lies in brick `i` of those beside.
     #[inline(always)]
-    fn set(&mut self, place: usize, word: u32, plane: u32) {
-        self.masks[place] = word;
-        self.first[place] = plane + (word >> 24);
+    fn row(&mut self, beside: &Beside<'_>, i: usize, y: u32, z: u32) {
+        let Some((record, first)) = beside.0[i] else { return };
+        let (mut edges, mut number) = row_start(record, first, y, z);
+        while edges != 0 {
+            let bit = edges.trailing_zeros();
+            edges &= edges - 1;
+            *self.at(ROW * (y + 9 * z) + ALONG[(bit / 8) as usize] + bit % 8) = number;
+            number += 1;
+        }
     }
 
-    /// Number of the vertex on edge `edge` of the cell at `x` of row `row`.
+    /// Numbers the edges of point 8 of row (y, z), which lies in brick `i` of those beside.
     #[inline(always)]
-    fn vertex_on(&self, edge: u64, x: u32, row: u32) -> u32 {
-        let [rows_on, on, axis] = OWNERS[(edge & 15) as usize];
-        let x = x + on;
-        let place = usize::from((row + rows_on + NEXT * (x >> 3)) as u8);
-        let earlier = self.masks[place] & ((1 << (axis + (x & 7))) - 1);
-        self.first[place] + earlier.count_ones()
+    fn next_along_x(&mut self, beside: &Beside<'_>, i: usize, y: u32, z: u32) {
+        let Some((record, first)) = beside.0[i] else { return };
+        let (edges, number) = row_start(record, first, y, z);
+        let place = ROW * (y + 9 * z) + 8;
+        *self.at(place + ALONG[1]) = number + (edges & 0xff).count_ones();
+        *self.at(place + ALONG[2]) = number + (edges & 0xffff).count_ones();
     }
+}
+
+/// The crossed edges of a row, and the number of the vertex on the first of them.
+#[inline(always)]
+fn row_start(record: &BrickRecord, first: u32, y: u32, z: u32) -> (u32, u32) {
+    let (y, z) = (y as usize % 8, z as usize % 8);
+    let row = record.rows[y + 8 * z];
+    (row & 0xff_ffff, first + (record.planes[z] & 0xffff) + (row >> 24))
 }
 
 /// The triangles of a brick, as vertex numbers of the whole mesh.
@@ -409,9 +451,10 @@ pub fn emit_indices(
     inside: Inside,
     samples: &Samples<'_>,
     beside: &Beside<'_>,
+    numbers: &mut EdgeNumbers,
     triangles: &mut [[u32; 3]],
 ) {
-    indices(params, table, inside, samples, beside, triangles);
+    indices(params, table, inside, samples, beside, numbers, triangles);
 }
 
 #[inline(always)]
@@ -421,29 +464,39 @@ fn indices(
     inside: Inside,
     samples: &Samples<'_>,
     beside: &Beside<'_>,
+    numbers: &mut EdgeNumbers,
     triangles: &mut [[u32; 3]],
 ) {
-    let (rows, numbers) = (InsideRows::new(samples, inside), RowNumbers::new(beside));
-    let mut out = triangles.iter_mut();
+    let rows = InsideRows::new(samples, inside);
+    numbers.fill(beside);
+    let mut left = triangles;
     for z in 0..8 {
         let corners = rows.corners(z);
         let mut mixed = mixed_cells(&corners, PlaneShape::new(samples.extent, z));
         while mixed != 0 {
             let cell = mixed.trailing_zeros();
             mixed &= mixed - 1;
-            let (x, row) = (cell % 8, cell / 8 + 9 * z as u32);
-            let mut packed = table.packed(cell_case(&corners, cell));
-            let count = packed & 15;
-            packed >>= 4;
-            for _ in 0..count {
-                let a = numbers.vertex_on(packed, x, row);
-                let b = numbers.vertex_on(packed >> 4, x, row);
-                let c = numbers.vertex_on(packed >> 8, x, row);
-                packed >>= 12;
-                if let Some(triangle) = out.next() {
-                    *triangle = if params.mirrored == 1 { [a, c, b] } else { [a, b, c] };
-                }
+            let place = ROW * (cell / 8 + 9 * z as u32) + cell % 8;
+            let packed = table.packed(cell_case(&corners, cell));
+            let count = (packed & 15) as usize;
+            let mut edges = packed >> 4;
+            let mut next = || {
+                let [a, b, c] =
+                    [numbers.of(place, edges), numbers.of(place, edges >> 4), numbers.of(place, edges >> 8)];
+                edges >>= 12;
+                if params.mirrored == 1 { [a, c, b] } else { [a, b, c] }
+            };
+            // Most cells have one or two triangles: two are written without asking, and the second
+            // is overwritten by the next cell where it is none of this one's.
+            if count <= 2
+                && let Some(two) = left.first_chunk_mut()
+            {
+                *two = [next(), next()];
+            } else {
+                left.iter_mut().take(count).for_each(|triangle| *triangle = next());
             }
+            let done = count.min(left.len());
+            left = std::mem::take(&mut left).split_at_mut(done).1;
         }
     }
 }
