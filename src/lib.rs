@@ -7,4 +7,5 @@ pub mod field;
 pub mod gpu;
 pub mod grid;
 pub mod mesh;
+pub mod render;
 pub mod volume;
