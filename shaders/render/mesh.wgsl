@@ -82,13 +82,15 @@ fn encode(linear: vec3<f32>) -> vec3<f32> {
 
 // Linear light of the neutral material; normal and view are unit vectors on the viewer's side.
 fn lit(normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
-    let base = vec3<f32>(0.50, 0.53, 0.58);
-    let ground = vec3<f32>(0.20, 0.18, 0.17);
-    let sky = vec3<f32>(0.40, 0.44, 0.50);
-    let key_light = vec3<f32>(1.05, 1.00, 0.93);
-    let fill_light = vec3<f32>(0.16, 0.18, 0.22);
+    let base = vec3<f32>(0.42, 0.46, 0.53);
+    let ground = vec3<f32>(0.15, 0.14, 0.14);
+    let sky = vec3<f32>(0.34, 0.38, 0.45);
+    let key_light = vec3<f32>(1.30, 1.24, 1.15);
+    let fill_light = vec3<f32>(0.16, 0.19, 0.24);
     let ambient = ground + (sky - ground) * (0.5 + 0.5 * normal.z);
-    let key = max(dot(normal, frame.key), 0.0);
+    // Wrapped around and squared: no hard line where the light ends.
+    let wrapped = max((dot(normal, frame.key) + 0.3) / 1.3, 0.0);
+    let key = wrapped * wrapped;
     let fill = max(dot(normal, frame.fill), 0.0);
     let shine = max(dot(normal, unit(frame.key + view)), 0.0);
     // shine^32 without pow, which differs between adapters.
@@ -98,7 +100,7 @@ fn lit(normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
     let s16 = s8 * s8;
     let edge = 1.0 - max(dot(normal, view), 0.0);
     let rim = edge * edge * edge;
-    return base * (ambient + key_light * key + fill_light * fill) + vec3<f32>(0.10 * s16 * s16 + 0.06 * rim);
+    return base * (ambient + key_light * key + fill_light * fill) + vec3<f32>(0.16 * s16 * s16 + 0.05 * rim);
 }
 
 // The colour of a fragment, sRGB. `facet` is the triangle's own normal on the viewer's side.

@@ -8,7 +8,7 @@ pub const MAX_SIDE: u32 = 16384;
 /// The most pixels a picture can have: with 4 samples a pixel each takes 40 bytes while drawing.
 pub const MAX_PIXELS: u64 = 1 << 26;
 /// The part of the frame's half width and height that the box may fill.
-const FILL: f64 = 0.92;
+const FILL: f64 = 0.96;
 
 /// From where to look, and how large the picture is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,18 +80,15 @@ impl Camera {
             axes.transpose() * (half * DVec3::new(sign(1), sign(2), sign(4)))
         });
         let highest = |f: &dyn Fn(DVec3) -> f64| corners.iter().map(|&c| f(c)).fold(f64::MIN, f64::max);
-        // A corner c is in the frame if |c.x − shift| ≤ t (distance − c.z). The two signs each give
-        // a plane that the outermost corner touches; where the planes meet is the nearest eye.
-        let along = |axis: usize, t: f64| {
-            let (plus, minus) = (highest(&|c| c[axis] + t * c.z), highest(&|c| -c[axis] + t * c.z));
-            ((plus + minus) / (2.0 * t), (plus - minus) / 2.0)
-        };
-        let (wide, shift_x) = along(0, FILL * slope * aspect);
-        let (tall, shift_y) = along(1, FILL * slope);
+        // A corner c is in the frame if |c.x| ≤ t (distance − c.z), and so for y. Aiming at the
+        // centre, instead of where the corners would be balanced, is what looks right for round
+        // meshes, which fill no corner.
+        let along = |axis: usize, t: f64| highest(&|c| c[axis].abs() / t + c.z);
+        let (wide, tall) = (along(0, FILL * slope * aspect), along(1, FILL * slope));
         // The last keeps the eye outside a box that is thin across the view, such as a line.
         let distance = wide.max(tall).max(highest(&|c| c.z) + 0.1);
 
-        let eye = (centre + axes * DVec3::new(shift_x, shift_y, distance) * unit).as_vec3();
+        let eye = (centre + axes.z_axis * (distance * unit)).as_vec3();
         let scale = unit.recip() as f32;
         if !eye.is_finite() || !scale.is_normal() || unit > 1e37 {
             return Err(RenderError::Bounds);

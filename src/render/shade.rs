@@ -90,13 +90,14 @@ impl Frame {
 
     #[inline]
     fn lit(&self, normal: Vec3, view: Vec3) -> Vec3 {
-        let base = Vec3::new(0.50, 0.53, 0.58);
-        let ground = Vec3::new(0.20, 0.18, 0.17);
-        let sky = Vec3::new(0.40, 0.44, 0.50);
-        let key_light = Vec3::new(1.05, 1.00, 0.93);
-        let fill_light = Vec3::new(0.16, 0.18, 0.22);
+        let base = Vec3::new(0.42, 0.46, 0.53);
+        let ground = Vec3::new(0.15, 0.14, 0.14);
+        let sky = Vec3::new(0.34, 0.38, 0.45);
+        let key_light = Vec3::new(1.30, 1.24, 1.15);
+        let fill_light = Vec3::new(0.16, 0.19, 0.24);
         let ambient = ground + (sky - ground) * (0.5 + 0.5 * normal.z);
-        let key = normal.dot(self.key).max(0.0);
+        let wrapped = ((normal.dot(self.key) + 0.3) / 1.3).max(0.0);
+        let key = wrapped * wrapped;
         let fill = normal.dot(self.fill).max(0.0);
         let shine = normal.dot(unit(self.key + view)).max(0.0);
         let s2 = shine * shine;
@@ -105,7 +106,7 @@ impl Frame {
         let s16 = s8 * s8;
         let edge = 1.0 - normal.dot(view).max(0.0);
         let rim = edge * edge * edge;
-        base * (ambient + key_light * key + fill_light * fill) + Vec3::splat(0.10 * s16 * s16 + 0.06 * rim)
+        base * (ambient + key_light * key + fill_light * fill) + Vec3::splat(0.16 * s16 * s16 + 0.05 * rim)
     }
 
     #[inline]

@@ -18,7 +18,7 @@ fn broken() -> Mesh {
     for v in &mut mesh.vertices[600..640] {
         v.normal = v.normal.map(|c| -c);
     }
-    for v in &mut mesh.vertices[720..724] {
+    for v in &mut mesh.vertices[151..155] {
         v.normal = [0.0; 3];
     }
     mesh
