@@ -10,6 +10,8 @@ mod bounds;
 mod camera;
 mod error;
 mod gpu;
+#[cfg(test)]
+mod layout_tests;
 mod output;
 mod shade;
 mod software;

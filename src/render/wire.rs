@@ -15,8 +15,8 @@ pub(super) struct Window {
 }
 
 /// Bytes of the shader's `Arguments`, and where its draw arguments start.
-const ARGUMENTS: u64 = 32;
-const DRAW: u64 = 12;
+pub(super) const ARGUMENTS: u64 = 32;
+pub(super) const DRAW: u64 = 12;
 
 /// Bytes of lines that a triangle gives.
 const LINE_BYTES: u64 = 24;
