@@ -86,7 +86,7 @@ impl Camera {
         let along = |axis: usize, t: f64| highest(&|c| c[axis].abs() / t + c.z);
         let (wide, tall) = (along(0, FILL * slope * aspect), along(1, FILL * slope));
         // The last keeps the eye outside a box that is thin across the view, such as a line.
-        let distance = wide.max(tall).max(highest(&|c| c.z) + 0.1);
+        let distance = wide.max(tall).max(highest(&|c| c.z) + 0.05);
 
         let eye = (centre + axes.z_axis * (distance * unit)).as_vec3();
         let scale = unit.recip() as f32;

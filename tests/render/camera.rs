@@ -1,6 +1,6 @@
 //! The box is in the frame, whatever the box and the view.
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use isoforge::render::{Camera, RenderError, View};
 use proptest::prelude::*;
 
@@ -15,7 +15,7 @@ fn corners(low: Vec3, high: Vec3) -> [Vec3; 8] {
 fn reach(camera: &Camera, low: Vec3, high: Vec3) -> f32 {
     let mut reach = 0.0f32;
     for corner in corners(low, high) {
-        let Vec4 { x, y, z, w } = camera.project(corner);
+        let [x, y, z, w] = camera.project(corner).to_array();
         assert!(w > 0.0 && z > 0.0 && z < w, "{corner} has depth {z} of {w}");
         reach = reach.max((x / w).abs()).max((y / w).abs());
     }

@@ -29,7 +29,7 @@ pub fn bent(u: u32, v: u32, at: impl Fn(f32, f32) -> (Vec3, Vec3)) -> Mesh {
 pub fn sphere(n: u32) -> Mesh {
     let mut mesh = bent(2 * n, n, |u, v| {
         let (sp, cp) = ((v - 0.5) * TAU * 0.5).sin_cos();
-        let (st, ct) = (u * TAU).sin_cos();
+        let (st, ct) = (u % 1.0 * TAU).sin_cos();
         let p = Vec3::new(cp * ct, cp * st, sp).normalize();
         (p, p)
     });
@@ -43,8 +43,8 @@ pub fn sphere(n: u32) -> Mesh {
 /// A torus around z, radii 1 and 0.4, of `2 n` by `n` quads.
 pub fn torus(n: u32) -> Mesh {
     bent(2 * n, n, |u, v| {
-        let (st, ct) = (u * TAU).sin_cos();
-        let (sp, cp) = (v * TAU).sin_cos();
+        let (st, ct) = (u % 1.0 * TAU).sin_cos();
+        let (sp, cp) = (v % 1.0 * TAU).sin_cos();
         let normal = Vec3::new(cp * ct, cp * st, sp);
         (Vec3::new(ct, st, 0.0) + normal * 0.4, normal)
     })

@@ -25,7 +25,8 @@ const CHUNK: usize = 256;
 const SAMPLES: [[i32; 2]; 4] = [[96, 32], [224, 96], [32, 160], [160, 224]];
 
 /// Draws `mesh` on the CPU; the picture is that of [`super::Renderer::render`] up to rounding.
-/// Triangles with a vertex that is not finite, or a vertex number that does not exist, are left out.
+/// Triangles with a vertex that is not finite or absurdly far away (a million times the box that the
+/// camera was fitted to), or a vertex number that does not exist, are left out.
 ///
 /// # Errors
 /// None at present: sizes are checked by [`Camera::fit`].
@@ -86,15 +87,18 @@ impl<'a> Scene<'a> {
         scene
     }
 
-    /// The triangle's vertices; `None` if it cannot be drawn.
+    /// The triangle's vertices; `None` if there are no such vertices.
     fn points(&self, triangle: &[u32; 3]) -> Option<[&Point; 3]> {
         let [a, b, c] = triangle.map(|i| self.corners.get(i as usize));
-        let points = [a?, b?, c?];
-        if points.iter().any(|p| p.lost) { None } else { Some(points) }
+        Some([a?, b?, c?])
     }
 
     fn range(&self, triangle: &[u32; 3]) -> [u16; 2] {
         let Some(points) = self.points(triangle) else { return NOWHERE };
+        if points.iter().any(|p| p.lost) {
+            // Its edge between usable vertices is still a line. Rare: let every band find out.
+            return if self.wireframe { [0, u16::MAX] } else { NOWHERE };
+        }
         if points.iter().any(|p| p.outside) {
             let polygon = corner::clip_triangle(self.varyings(triangle), &self.viewport);
             self.rows(polygon.iter().map(|c| c.y))
@@ -120,6 +124,9 @@ impl<'a> Scene<'a> {
 
     fn draw(&self, band: &mut Band) {
         self.each(band, |scene, band, triangle, points| {
+            if points.iter().any(|p| p.lost) {
+                return;
+            }
             let bad = points.iter().any(|p| p.bad);
             if points.iter().any(|p| p.outside) {
                 let polygon = corner::clip_triangle(scene.varyings(triangle), &scene.viewport);
@@ -137,6 +144,9 @@ impl<'a> Scene<'a> {
         }
         self.each(band, |scene, band, triangle, points| {
             for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+                if points[a].lost || points[b].lost {
+                    continue;
+                }
                 if points[a].outside || points[b].outside {
                     let all = scene.varyings(triangle);
                     if let Some([a, b]) = corner::clip_line(all[a], all[b], &scene.viewport) {

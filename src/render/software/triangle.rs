@@ -1,7 +1,7 @@
 //! One triangle into one band.
 
 use super::corner::Corner;
-use super::{Band, ROWS, SAMPLES, byte};
+use super::{Band, SAMPLES, byte};
 use crate::render::shade::{Frame, SLOPE_BIAS, unit};
 use glam::Vec3;
 
@@ -78,21 +78,17 @@ pub fn draw(frame: &Frame, band: &mut Band, corners: [&Corner; 3], bad: bool, wi
     let area = area.abs();
     let edges = [Edge::new(b, c), Edge::new(c, a), Edge::new(a, b)];
     let depth = Depth::new(corners, area, wireframe);
-    let offsets: [[i64; 4]; 3] =
-        edges.map(|e| SAMPLES.map(|[x, y]| e.at(i64::from(x), i64::from(y)) - e.at_origin + e.rule));
-    let fragment = Fragment { frame, corners, edges, front, bad, across: None };
-    let mut fragment = fragment;
+    let offsets: [[i64; 3]; 4] =
+        SAMPLES.map(|[x, y]| edges.map(|e| e.at(i64::from(x), i64::from(y)) - e.at_origin + e.rule));
+    let mut fragment = Fragment { frame, corners, edges, front, bad, across: None };
 
     for y in top..=bottom {
         let row = (y - band.top) as usize * band.width as usize;
-        debug_assert!(y - band.top < ROWS as i32);
         let mut at = edges.map(|e| e.at(i64::from(left) << 8, i64::from(y) << 8));
         for x in left..=right {
             let mut covered = 0u32;
-            for sample in 0..4 {
-                let signs = (at[0] + offsets[0][sample])
-                    | (at[1] + offsets[1][sample])
-                    | (at[2] + offsets[2][sample]);
+            for (sample, offset) in offsets.iter().enumerate() {
+                let signs = (at[0] + offset[0]) | (at[1] + offset[1]) | (at[2] + offset[2]);
                 covered |= u32::from(signs >= 0) << sample;
             }
             if covered != 0 {
