@@ -159,3 +159,47 @@ impl Fragment<'_> {
         flat / (flat.x + flat.y + flat.z)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::{Camera, Style, View};
+
+    /// Four triangles around a point that lies on a sample, in a square whose sides lie on samples.
+    #[test]
+    fn triangles_that_share_sides_cover_each_sample_once() {
+        let camera = Camera::fit(None, &View::default()).unwrap();
+        let frame = Frame::new(&camera, &Style::default());
+        let corner = |x: i32, y: i32| Corner {
+            x,
+            y,
+            z: 0.5,
+            inv_w: 1.0,
+            ray: Vec3::new(x as f32, y as f32, -1.0),
+            normal: Vec3::Z,
+        };
+        let end = 15 * 256;
+        let square = [[96, 32], [end + 96, 32], [end + 96, end + 32], [96, end + 32]];
+        let middle = corner(7 * 256 + 96, 7 * 256 + 32);
+        let mut covered = vec![0; 16 * 16 * 4];
+        for i in 0..4 {
+            let (from, to) = (square[i], square[(i + 1) % 4]);
+            let (a, b) = (corner(from[0], from[1]), corner(to[0], to[1]));
+            // Both ways round, since the sides are then listed differently.
+            let corners = if i % 2 == 0 { [&a, &b, &middle] } else { [&middle, &b, &a] };
+            let mut band = Band::new(16);
+            band.clear(0, [0; 4]);
+            draw(&frame, &mut band, corners, false, false);
+            let samples = band.depth.iter().flatten();
+            samples.zip(&mut covered).for_each(|(z, n)| *n += i32::from(*z < 1.0));
+        }
+        for (pixel, counts) in covered.chunks(4).enumerate() {
+            for (count, [x, y]) in counts.iter().zip(SAMPLES) {
+                let (x, y) = ((pixel as i32 % 16) * 256 + x, (pixel as i32 / 16) * 256 + y);
+                // Samples on the left and top sides are in, those on the right and bottom are not.
+                let inside = (96..end + 96).contains(&x) && (32..end + 32).contains(&y);
+                assert_eq!(*count, i32::from(inside), "sample at {x}, {y}");
+            }
+        }
+    }
+}
