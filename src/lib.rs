@@ -9,6 +9,7 @@ pub mod field;
 pub mod gpu;
 pub mod grid;
 pub mod mesh;
+pub mod render;
 pub mod stage;
 pub mod table;
 pub mod volume;
