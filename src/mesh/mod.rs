@@ -2,6 +2,13 @@
 
 use glam::Vec3;
 
+pub mod check;
+pub mod clean;
+
+mod report;
+mod stitch;
+mod weld;
+
 /// A vertex as it lies in GPU buffers and in [`Mesh::vertices`]: 24 bytes, no padding.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
