@@ -5,7 +5,7 @@
 use glam::{Mat3, Mat4, Vec3};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
-use gltf::{Accessor, Gltf, Node, Primitive, Semantic};
+use gltf::{Accessor, Document, Gltf, Node, Primitive, Semantic};
 
 use super::{Fault, fan};
 use crate::mesh::{Mesh, Vertex};
@@ -23,21 +23,29 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
         }
         None => return Err(Fault::new("the file ends within its header")),
     }
-    let gltf = Gltf::from_slice(bytes).map_err(|error| Fault::new(error.to_string()))?;
-    if let Some(extension) = gltf.extensions_required().next() {
+    let fault = |error: gltf::Error| Fault::new(error.to_string());
+    let gltf = Gltf::from_slice_without_validation(bytes).map_err(fault)?;
+    let json = gltf.document.into_json();
+    // The crate's own validation panics on these.
+    let attributes = json.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|p| p.attributes.values());
+    for i in attributes.map(|index| index.value()).filter(|&i| i >= json.accessors.len()) {
+        return Err(Fault::new(format!("a primitive names accessor {i}, which does not exist")));
+    }
+    let document = Document::from_json(json).map_err(fault)?;
+    if let Some(extension) = document.extensions_required().next() {
         return Err(Fault::new(format!("the file needs the extension {extension}, which is not supported")));
     }
     let blob = gltf.blob.as_deref().unwrap_or_default();
 
     let mut mesh = Mesh::default();
-    let Some(scene) = gltf.default_scene().or_else(|| gltf.scenes().next()) else {
-        for primitive in gltf.meshes().flat_map(|mesh| mesh.primitives()) {
+    let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) else {
+        for primitive in document.meshes().flat_map(|mesh| mesh.primitives()) {
             append(&mut mesh, &primitive, Mat4::IDENTITY, blob)?;
         }
         return Ok(mesh);
     };
     // In the order of a walk from the roots. A node has one parent at most, or the file is damaged.
-    let mut seen = vec![false; gltf.nodes().len()];
+    let mut seen = vec![false; document.nodes().len()];
     let mut waiting: Vec<(Node, Mat4)> = scene.nodes().map(|node| (node, Mat4::IDENTITY)).collect();
     waiting.reverse();
     while let Some((node, parent)) = waiting.pop() {
