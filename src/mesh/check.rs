@@ -128,7 +128,8 @@ pub fn check(mesh: &Mesh) -> Report {
     report
 }
 
-fn unused(mesh: &Mesh) -> usize {
+/// Vertices that no triangle names.
+pub(super) fn unused(mesh: &Mesh) -> usize {
     let mut named = vec![false; mesh.vertices.len()];
     for &v in mesh.triangles.iter().flatten() {
         if let Some(named) = named.get_mut(v as usize) {

@@ -28,7 +28,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
     let json = gltf.document.into_json();
     // The crate's own validation panics on these.
     let attributes = json.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|p| p.attributes.values());
-    for i in attributes.map(|index| index.value()).filter(|&i| i >= json.accessors.len()) {
+    if let Some(i) = attributes.map(|index| index.value()).find(|&i| i >= json.accessors.len()) {
         return Err(Fault::new(format!("a primitive names accessor {i}, which does not exist")));
     }
     let document = Document::from_json(json).map_err(fault)?;
