@@ -20,7 +20,7 @@ use tempfile::NamedTempFile;
 
 use super::{Mesh, Vertex};
 
-/// The endings [`write`] and [`read`](super::read::read) know, in lower case; case does not matter.
+/// The endings [`write()`] and [`read`](super::read::read) know, in lower case; case does not matter.
 pub const ENDINGS: [&str; 5] = ["off", "obj", "ply", "stl", "glb"];
 
 /// Why a mesh was not written. Nothing is left behind then, and an older file of that name stays.
@@ -65,8 +65,8 @@ pub enum WriteError {
         /// What the system said.
         source: io::Error,
     },
-    /// The disk or a quota is full.
-    #[error("{}: the disk is full ({source}); make room, or write elsewhere.", path.display())]
+    /// The disk or a quota is full, or its file system takes no file of this size.
+    #[error("{}: no room for the file ({source}); make room, or write elsewhere.", path.display())]
     Full {
         /// The path asked for.
         path: PathBuf,
@@ -117,12 +117,12 @@ pub(super) fn ending(path: &Path) -> Option<&'static str> {
     ENDINGS.into_iter().find(|known| known.eq_ignore_ascii_case(found))
 }
 
-/// Refuses a path that [`write`] could not write to now: unknown ending, no folder, or a folder that
+/// Refuses a path that [`write()`] could not write to now: unknown ending, no folder, or a folder that
 /// takes no files. Meant for before long work; leaves nothing behind.
 ///
 /// # Errors
 ///
-/// As [`write`], without what depends on the mesh.
+/// As [`write()`], without what depends on the mesh.
 pub fn check_target(path: &Path) -> Result<(), WriteError> {
     ending(path).ok_or_else(|| WriteError::UnknownEnding { path: path.into() })?;
     temporary(path, &target(path)).map(drop)
