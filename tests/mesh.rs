@@ -10,7 +10,5 @@ mod damage;
 mod formats;
 #[path = "mesh/shapes.rs"]
 mod shapes;
-#[path = "mesh/speed.rs"]
-mod speed;
 #[path = "mesh/targets.rs"]
 mod targets;
