@@ -1,1 +1,5 @@
-fn main() {}
+//! The command line program; everything is in `isoforge::cli`.
+
+fn main() {
+    std::process::exit(isoforge::cli::run());
+}

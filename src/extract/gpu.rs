@@ -416,12 +416,25 @@ impl Extractor {
     /// # Errors
     /// As both.
     pub fn extract(&self, source: &Source<'_>, options: &Options) -> Result<Extraction, ExtractError> {
+        self.extract_with(source, options, &|_| {})
+    }
+
+    /// [`Extractor::extract`]; `progress` hears how much is done, from 0 to 1.
+    ///
+    /// # Errors
+    /// As [`Extractor::extract`].
+    pub fn extract_with(
+        &self,
+        source: &Source<'_>,
+        options: &Options,
+        progress: &dyn Fn(f64),
+    ) -> Result<Extraction, ExtractError> {
         let mut most_layers = u32::MAX;
         loop {
             let start = Instant::now();
             let space = self.prepare_layers(source, options.memory_budget, most_layers)?;
             let upload = start.elapsed().as_secs_f64();
-            match self.extract_in(&space, source, options, &|_| {}) {
+            match self.extract_in(&space, source, options, progress) {
                 // A slab's part of the mesh is more than the adapter binds: thinner slabs.
                 Err(ExtractError::Binding { .. }) if space.layers() > 1 => {
                     most_layers = space.layers().div_ceil(2)
@@ -533,6 +546,35 @@ impl Extractor {
             seconds,
         };
         Ok(Extraction { mesh, report })
+    }
+
+    /// The lowest and highest finite value of `source`: of all samples of a volume, of a coarse grid's for
+    /// a field. For telling users why a mesh is empty.
+    ///
+    /// # Errors
+    /// As [`Extractor::extract`].
+    pub fn value_range(&self, source: &Source<'_>) -> Result<Option<(f32, f32)>, ExtractError> {
+        const CELLS: u32 = 31;
+        let Source::Field(field, grid) = source else { return Ok(source.value_range()) };
+        let cells = grid.cells().min(glam::UVec3::splat(CELLS));
+        let stretch = grid.cells().as_vec3() / cells.as_vec3();
+        let step = grid.step() * glam::Mat3::from_diagonal(stretch);
+        let Ok(coarse) = Grid::new(cells.into(), grid.origin(), step) else { return Ok(None) };
+        let space = self.prepare(&Source::Field(*field, coarse), u64::MAX)?;
+        let [slab] = space.plan.slabs[..] else { return Ok(None) };
+        let options = Options::new(0.0);
+        let params = self.uniform(&space.params(&options, slab));
+        self.gpu.guarded("value range", 0, || {
+            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+            self.encode_count(&space, &mut encoder, &options, slab, None, &mut Timer::off());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            space.kernels.range.encode(&self.gpu, &mut pass, &space.bindings(self, &params), slab.bricks);
+            drop(pass);
+            self.gpu.queue.submit([encoder.finish()]);
+        })?;
+        let ranges = self.gpu.read(&space.ranges, 8 * u64::from(slab.bricks))?;
+        let ranges: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&ranges);
+        Ok(super::widest(&ranges))
     }
 
     fn upload_timed(
