@@ -42,7 +42,7 @@ pub struct SourceArgs {
     pub iso: Option<f32>,
 
     /// Cells along each axis of a field's grid: one number, or x,y,z [default: 128]
-    #[arg(short = 'n', long, value_name = "N", value_parser = cells)]
+    #[arg(short = 'n', long, value_name = "N", value_parser = cells, allow_hyphen_values = true)]
     pub cells: Option<[u32; 3]>,
 
     /// Mesh a field in the cube from -L to L [default: the field's own, or 1.5]

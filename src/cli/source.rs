@@ -135,7 +135,7 @@ fn load_volume(args: &SourceArgs, path: &Path, memory_budget: u64) -> Result<(Lo
     });
     let options = OpenOptions { raw, max_bytes: Some(memory_budget) };
     let opened = volume::open(path, &options).map_err(|error| match error {
-        volume::OpenError::NoLayout { .. } => Failure::usage(error),
+        volume::OpenError::NoLayout { .. } => Failure::usage(format!("{error}: --dims X,Y,Z --type TYPE")),
         _ => Failure::run(error),
     })?;
     Ok((Loaded::Volume(Box::new(opened.volume)), opened.notes))
