@@ -13,7 +13,7 @@ use std::time::Instant;
 
 /// Where the mesh is after the extraction.
 enum Made {
-    Gpu(Gpu, GpuMesh),
+    Gpu(Box<(Gpu, GpuMesh)>),
     Cpu(Mesh),
 }
 
@@ -52,7 +52,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     if let Some(path) = &args.png {
         progress.phase("drawing");
         match &made {
-            Made::Gpu(gpu, mesh) => picture::draw_gpu(gpu, mesh, &args.picture, path)?,
+            Made::Gpu(made) => picture::draw_gpu(&made.0, &made.1, &args.picture, path)?,
             Made::Cpu(mesh) => picture::draw_cpu(mesh, &args.picture, path)?,
         }
     }
@@ -61,20 +61,21 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         seconds.read = Some(read);
     }
     let (backend, adapter) = match &made {
-        Made::Gpu(gpu, _) => ("gpu", Some(gpu.info.name.clone())),
+        Made::Gpu(made) => ("gpu", Some(made.0.info.name.clone())),
         Made::Cpu(_) => ("cpu", None),
     };
     // A mesh that is only drawn never leaves the GPU.
     let wanted = args.output.is_some() || args.stats.is_some() || args.no_degenerate;
     let mesh = match made {
-        Made::Gpu(gpu, mesh) if wanted => {
+        Made::Gpu(made) if wanted => {
+            let (gpu, mesh) = *made;
             progress.phase("reading back");
             let since = Instant::now();
             let mesh = mesh.read(&gpu).map_err(Failure::run)?;
             seconds.readback = Some(since.elapsed().as_secs_f64());
             Some(mesh)
         }
-        Made::Gpu(..) => None,
+        Made::Gpu(_) => None,
         Made::Cpu(mesh) => Some(mesh),
     };
     let finished = finish(args, mesh, &mut seconds, &progress)?;
@@ -145,7 +146,7 @@ fn extract(
         let extraction = Extractor::new(gpu.clone())
             .and_then(|extractor| extractor.extract_with(source, options, &|part| progress.set(part)));
         match extraction {
-            Ok(extraction) => return Ok((Made::Gpu(gpu, extraction.mesh), extraction.report)),
+            Ok(extraction) => return Ok((Made::Gpu(Box::new((gpu, extraction.mesh))), extraction.report)),
             // Chosen by us, not by the user: take the path that can.
             Err(error @ ExtractError::Binding { .. }) if args.run.backend == Backend::Auto => {
                 remark(&format!("{error}; the CPU does it"));
@@ -161,8 +162,8 @@ fn extract(
 
 fn empty_message(loaded: &Loaded, options: &Options, made: &Made) -> String {
     let range = match (made, &loaded.source()) {
-        (Made::Gpu(gpu, _), source) => {
-            Extractor::new(gpu.clone()).and_then(|e| e.value_range(source)).ok().flatten()
+        (Made::Gpu(made), source) => {
+            Extractor::new(made.0.clone()).and_then(|e| e.value_range(source)).ok().flatten()
         }
         (Made::Cpu(_), source) => source.value_range(),
     };

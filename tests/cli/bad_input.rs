@@ -49,7 +49,7 @@ fn numbers() {
     refused(&["extract", "sphere", "-L", "0"], 2, &["-L 0"]);
     refused(&["extract", "sphere", "-L", "-1"], 2, &["-L -1"]);
     refused(&["extract", "sphere", "-L", "nan"], 2, &["-L"]);
-    refused(&["extract", "sphere", "-I", "x"], 2, &["-I", "x"]);
+    refused(&["extract", "sphere", "-I", "x"], 2, &["--iso", "x"]);
     refused(&["extract", "sphere", "-I", "nan"], 2, &["finite"]);
     refused(&["extract", "sphere", "-I", "inf"], 2, &["finite"]);
     refused(&["extract", "sphere", "--bounds", "0,0,0,1,1,inf"], 2, &["--bounds", "finite"]);
