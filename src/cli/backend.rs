@@ -20,9 +20,10 @@ pub fn choose(args: &RunArgs, source: &Source<'_>) -> Result<(Option<Gpu>, Optio
     match args.backend {
         Backend::Cpu => Ok((None, None)),
         Backend::Gpu => open(AdapterChoice::Best).map(|gpu| (Some(gpu), None)).map_err(Failure::run),
-        Backend::Auto if gpu_alone(source) => open(AdapterChoice::Best)
-            .map(|gpu| (Some(gpu), None))
-            .map_err(|e| Failure::run(format!("{}; and here there is none: {e}", NoForm::Cpu))),
+        Backend::Auto if gpu_alone(source) => match open(AdapterChoice::Best) {
+            Ok(gpu) => Ok((Some(gpu), None)),
+            Err(error) => Err(Failure::run(format!("only a GPU evaluates a WGSL function, and {error}"))),
+        },
         Backend::Auto => match open(AdapterChoice::Hardware) {
             Ok(gpu) => Ok((Some(gpu), None)),
             Err(GpuError::NoAdapter(why)) => {
