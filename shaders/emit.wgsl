@@ -62,7 +62,7 @@ fn emit_vertices(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let slot = slot_of(group, groups);
-    if slot >= work.own_active {
+    if slot >= batch_end(work.own_active) {
         return;
     }
     let origin = brick_origin(active_list[slot]);
@@ -123,7 +123,7 @@ fn emit_indices(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let slot = slot_of(group, groups);
-    if slot >= work.own_active {
+    if slot >= batch_end(work.own_active) {
         return;
     }
     let brick = active_list[slot];

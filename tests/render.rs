@@ -2,8 +2,8 @@
 //!
 //! Without an adapter the GPU tests fail; `ISOFORGE_TESTS=cpu` leaves them out on purpose.
 
-#[path = "render/adapter.rs"]
-mod adapter;
+mod common;
+
 #[path = "render/backends.rs"]
 mod backends;
 #[path = "render/camera.rs"]

@@ -241,7 +241,16 @@ impl Extractor {
     /// Fills the scratch with a pattern, so that what a stage did not write shows.
     pub(crate) fn poison(&self, space: &Workspace) {
         let buffers = space.buffers();
-        let scratch = [buffers.marks, buffers.slots, buffers.active, buffers.records, buffers.counts];
+        let scratch = [
+            buffers.marks,
+            buffers.slots,
+            buffers.active,
+            buffers.records,
+            buffers.counts,
+            &space.partials,
+            &space.dispatches,
+            &space.work,
+        ];
         let samples = buffers.has_samples.then_some(buffers.source);
         for buffer in scratch.into_iter().chain(samples) {
             self.gpu.queue.write_buffer(buffer, 0, &vec![0xcd; buffer.size() as usize]);

@@ -4,7 +4,7 @@
 //! more than 24/255. Measured on lavapipe: at most 0.013 and 0.01 %, with lines 0.39 and 0.35 %
 //! (lavapipe leaves out bits of lines at the rims of its 64-pixel tiles).
 
-use crate::adapter::gpu;
+use crate::common::gpu;
 use crate::compare::{difference, is_background, share};
 use crate::shapes::{bent, flipped, sphere, torus, with_normals};
 use glam::Vec3;
@@ -24,7 +24,7 @@ pub struct Both {
 
 impl Both {
     pub fn new() -> Self {
-        Self { gpu: gpu().map(|gpu| (gpu.clone(), Renderer::new(&gpu).unwrap())) }
+        Self { gpu: gpu().map(|gpu| (gpu.clone(), Renderer::new(gpu).unwrap())) }
     }
 
     /// The software picture, and the GPU's.

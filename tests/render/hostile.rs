@@ -1,7 +1,7 @@
 //! Meshes and frames that nobody would draw on purpose.
 
-use crate::adapter::gpu;
 use crate::backends::Both;
+use crate::common::gpu;
 use crate::shapes::{sphere, torus};
 use glam::Vec3;
 use isoforge::gpu::{Gpu, GpuMesh, adapters};
