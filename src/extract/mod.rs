@@ -2,12 +2,15 @@
 //! ([`extract_on_cpu`]).
 
 mod cpu;
+mod encode;
 mod gpu;
 mod plan;
+mod workspace;
 
 pub use cpu::extract_on_cpu;
-pub use gpu::{Extraction, Extractor, Workspace};
+pub use gpu::{Extraction, Extractor};
 pub use plan::Plan;
+pub use workspace::Workspace;
 
 use crate::field::{Field, NoForm, Sense};
 use crate::gpu::GpuError;
