@@ -18,7 +18,7 @@ fn classify(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let slot = slot_of(group, groups);
-    let live = slot < work.active_bricks;
+    let live = slot < batch_end(work.active_bricks);
     var edges = 0u;
     var row_triangles = 0u;
     if live {

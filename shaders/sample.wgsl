@@ -11,7 +11,7 @@ fn sample(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let slot = slot_of(group, groups);
-    if slot >= work.active_bricks {
+    if slot >= batch_end(work.active_bricks) {
         return;
     }
     let origin = brick_origin(active_list[slot]);

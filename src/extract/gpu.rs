@@ -1,19 +1,16 @@
 //! The GPU path: [`Extractor`] holds the pipelines, [`Workspace`] the buffers for one source, and
 //! [`Options`] the cheap settings of a call.
 
+use super::encode::Target;
 use super::plan::{Limits, Plan, Slab};
+use super::workspace::{SourceKernels, Workspace};
 use super::{ExtractError, Options, Report, STAGES, Source, check, stage_index as at};
 use crate::field::user::MAX_ITERATIONS;
 use crate::field::{PARAMETER_VECTORS, Wgsl};
-use crate::gpu::kernel::{Bindings, binding as b};
-use crate::gpu::{Gpu, GpuError, GpuMesh, MESH_HEADER_BYTES, MeshHeader, Timer};
+use crate::gpu::{Gpu, GpuError, GpuMesh, MeshHeader, Timer};
 use crate::grid::Grid;
-use crate::mesh::Vertex;
-use crate::stage::classify::{BrickRecord, Classify};
-use crate::stage::cull::{Cull, Range};
-use crate::stage::emit::Emit;
-use crate::stage::params::{Params, Work};
-use crate::stage::sample::Sample;
+use crate::stage::cull::Cull;
+use crate::stage::params::Work;
 use crate::stage::scan::Scan;
 use crate::stage::shaders::Samples;
 use crate::table::MARCHING_CUBES;
@@ -22,82 +19,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use wgpu::BufferUsages as U;
 
-/// The kernels that depend on where samples come from.
-#[derive(Debug)]
-struct SourceKernels {
-    range: Range,
-    sample: Option<Sample>,
-    classify: Classify,
-    emit: Emit,
-}
-
-impl SourceKernels {
-    fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
-        let sample = match samples {
-            Samples::Volume => None,
-            Samples::Field(wgsl) => Some(Sample::new(gpu, wgsl)?),
-        };
-        Ok(Self {
-            range: Range::new(gpu, samples)?,
-            sample,
-            classify: Classify::new(gpu, samples)?,
-            emit: Emit::new(gpu, samples)?,
-        })
-    }
-}
-
 /// The pipelines of extraction on one device, compiled once; a field's are compiled when it is first
 /// seen, and changing its parameters compiles nothing.
 #[derive(Debug)]
 pub struct Extractor {
-    gpu: Gpu,
-    cull: Cull,
-    scan_marks: Scan,
-    scan_counts: Scan,
-    table: wgpu::Buffer,
-    volume: Arc<SourceKernels>,
-    fields: Mutex<HashMap<String, Arc<SourceKernels>>>,
-}
-
-/// The buffers for extracting one source: its samples where it is a volume, and the scratch.
-#[derive(Debug)]
-pub struct Workspace {
-    grid: Grid,
-    sense: crate::field::Sense,
-    is_volume: bool,
-    plan: Plan,
-    kernels: Arc<SourceKernels>,
-    field_parameters: wgpu::Buffer,
-    source: wgpu::Buffer,
-    /// Ranges of the slab's bricks; small where the source is a field.
-    ranges: wgpu::Buffer,
-    /// One word: samples of the slab that are not finite, counted with the ranges.
-    odd: wgpu::Buffer,
-    marks: wgpu::Buffer,
-    partials: wgpu::Buffer,
-    slots: wgpu::Buffer,
-    active: wgpu::Buffer,
-    records: wgpu::Buffer,
-    counts: wgpu::Buffer,
-    dispatches: wgpu::Buffer,
-    work: wgpu::Buffer,
-    work_start: wgpu::Buffer,
-    /// Takes the header while the mesh does not exist yet.
-    header: wgpu::Buffer,
-}
-
-/// What the stages leave in a [`Workspace`].
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct StageBuffers<'a> {
-    /// Whether `source` holds the samples of a field's bricks.
-    pub has_samples: bool,
-    pub source: &'a wgpu::Buffer,
-    pub ranges: &'a wgpu::Buffer,
-    pub marks: &'a wgpu::Buffer,
-    pub slots: &'a wgpu::Buffer,
-    pub active: &'a wgpu::Buffer,
-    pub records: &'a wgpu::Buffer,
-    pub counts: &'a wgpu::Buffer,
+    pub(super) gpu: Gpu,
+    pub(super) cull: Cull,
+    pub(super) scan_marks: Scan,
+    pub(super) scan_counts: Scan,
+    pub(super) table: wgpu::Buffer,
+    pub(super) volume: Arc<SourceKernels>,
+    pub(super) fields: Mutex<HashMap<String, Arc<SourceKernels>>>,
 }
 
 /// A mesh and how it was made.
@@ -114,21 +46,6 @@ pub struct Extraction {
 struct Place {
     first: [u32; 2],
     count: [u32; 2],
-}
-
-/// The buffers that emit writes, and the windows of them that are bound.
-struct Target<'a> {
-    mesh: &'a GpuMesh,
-    window: [u32; 2],
-    capacity: [u32; 2],
-    first: [u32; 2],
-}
-
-impl Target<'_> {
-    /// Items whose bytes are a whole number of the largest offset alignment (256), by vertices of 24
-    /// and triangles of 12 bytes.
-    const ALIGNED: [u32; 2] = [32, 64];
-    const BYTES: [u64; 2] = [size_of::<Vertex>() as u64, 12];
 }
 
 impl Extractor {
@@ -201,37 +118,7 @@ impl Extractor {
                 self.field_kernels(&wgsl)?
             }
         };
-        let n = u64::from(plan.bricks);
-        let storage = U::STORAGE | U::COPY_SRC | U::COPY_DST;
-        let buffer = |what, bytes| gpu.buffer(what, bytes, storage);
-        let work_start = Work { batch_slots: plan.batch_slots, batches: plan.batches, ..Work::default() };
-        let workspace = Workspace {
-            grid: *source.grid(),
-            sense: source.sense(),
-            is_volume,
-            kernels,
-            field_parameters: gpu.buffer(
-                "field parameters",
-                size_of_val(&parameters) as u64,
-                U::UNIFORM | U::COPY_DST,
-            )?,
-            source: buffer("samples", plan.source_bytes)?,
-            ranges: buffer("brick ranges", 8 * n)?,
-            odd: buffer("non-finite samples", 16)?,
-            marks: buffer("brick marks", 8 * (n + 1))?,
-            partials: buffer("partial sums", 8 * n.div_ceil(64))?,
-            slots: buffer("brick map", 4 * n)?,
-            active: buffer("active bricks", 4 * n)?,
-            records: buffer("brick records", n * size_of::<BrickRecord>() as u64)?,
-            counts: buffer("brick counts", 8 * (n + 1))?,
-            dispatches: gpu.buffer("dispatches", 24 * u64::from(plan.batches), storage | U::INDIRECT)?,
-            work: buffer("work", size_of::<Work>() as u64)?,
-            work_start: buffer("work at start", size_of::<Work>() as u64)?,
-            header: buffer("header", MESH_HEADER_BYTES)?,
-            plan,
-        };
-        gpu.queue.write_buffer(&workspace.field_parameters, 0, bytemuck::cast_slice(&parameters));
-        gpu.queue.write_buffer(&workspace.work_start, 0, bytemuck::bytes_of(&work_start));
+        let workspace = Workspace::new(gpu, source, plan, kernels, &parameters)?;
         if workspace.plan.slabs.len() == 1 {
             self.upload(&workspace, source, workspace.plan.slabs[0])?;
         }
@@ -241,7 +128,16 @@ impl Extractor {
     /// Fills the scratch with a pattern, so that what a stage did not write shows.
     pub(crate) fn poison(&self, space: &Workspace) {
         let buffers = space.buffers();
-        let scratch = [buffers.marks, buffers.slots, buffers.active, buffers.records, buffers.counts];
+        let scratch = [
+            buffers.marks,
+            buffers.slots,
+            buffers.active,
+            buffers.records,
+            buffers.counts,
+            &space.partials,
+            &space.dispatches,
+            &space.work,
+        ];
         let samples = buffers.has_samples.then_some(buffers.source);
         for buffer in scratch.into_iter().chain(samples) {
             self.gpu.queue.write_buffer(buffer, 0, &vec![0xcd; buffer.size() as usize]);
@@ -267,161 +163,31 @@ impl Extractor {
         })
     }
 
-    fn uniform(&self, params: &Params) -> wgpu::Buffer {
-        // Mapped at creation rather than written by the queue: commands already in the caller's
-        // encoder keep the settings that they were recorded with.
-        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("params"),
-            size: size_of::<Params>() as u64,
-            usage: U::UNIFORM,
-            mapped_at_creation: true,
-        });
-        if let Ok(mut view) = buffer.slice(..).get_mapped_range_mut() {
-            view.copy_from_slice(bytemuck::bytes_of(params));
-        }
-        buffer.unmap();
-        buffer
-    }
-
-    /// Records an extraction into the caller's encoder: no readback, no waiting. The mesh's header holds
-    /// the draw arguments; when a buffer is too short, it draws nothing and says what is needed.
-    ///
-    /// # Errors
-    /// [`ExtractError::Iso`]; [`ExtractError::Slabs`] for a grid that needs more than one slab.
-    pub fn encode(
-        &self,
-        space: &Workspace,
-        encoder: &mut wgpu::CommandEncoder,
-        options: &Options,
-        mesh: &GpuMesh,
-    ) -> Result<(), ExtractError> {
-        self.encode_timed(space, encoder, options, mesh, &mut Timer::off())
-    }
-
-    fn encode_timed(
-        &self,
-        space: &Workspace,
-        encoder: &mut wgpu::CommandEncoder,
-        options: &Options,
-        mesh: &GpuMesh,
-        timer: &mut Timer,
-    ) -> Result<(), ExtractError> {
-        if !options.iso.is_finite() {
-            return Err(ExtractError::Iso(options.iso));
-        }
-        let [slab] = space.plan.slabs[..] else {
-            return Err(ExtractError::Slabs { slabs: space.plan.slabs.len() });
-        };
-        let capacity = [mesh.vertex_capacity, mesh.triangle_capacity];
-        let target = Target { mesh, window: [0; 2], capacity, first: [0; 2] };
-        self.encode_count(space, encoder, options, slab, Some(&target), timer);
-        self.encode_emit(space, encoder, options, slab, &target, timer);
-        Ok(())
-    }
-
-    /// cull, sample, classify, scan: everything up to the totals.
-    fn encode_count(
-        &self,
-        space: &Workspace,
-        encoder: &mut wgpu::CommandEncoder,
-        options: &Options,
-        slab: Slab,
-        target: Option<&Target<'_>>,
-        timer: &mut Timer,
-    ) {
-        let gpu = &self.gpu;
-        let mut params = space.params(options, slab);
-        if let Some(target) = target {
-            [params.vertex_capacity, params.triangle_capacity] = target.capacity;
-        }
-        encoder.copy_buffer_to_buffer(&space.work_start, 0, &space.work, 0, size_of::<Work>() as u64);
-        encoder.copy_buffer_to_buffer(&space.odd, 0, &space.work, Workspace::NON_FINITE, 4);
-        let uniform = self.uniform(&params);
-        let bindings = space.bindings(self, &uniform);
-        // The scan over marks works on them in place of counts.
-        let mut over_marks = bindings.clone();
-        over_marks.set(b::COUNTS, &space.marks);
-        {
-            let mut pass = timer.pass(encoder, "cull", at::CULL);
-            self.cull.encode_mark(gpu, &mut pass, &bindings, slab.bricks, space.is_volume);
-            self.scan_marks.encode(gpu, &mut pass, &over_marks, slab.bricks);
-            self.cull.encode_compact(gpu, &mut pass, &bindings, slab.bricks);
-        }
-        for batch in 0..space.plan.batches {
-            params.first_slot = batch * space.plan.batch_slots;
-            let uniform = self.uniform(&params);
-            let bindings = space.bindings(self, &uniform);
-            let offset = 24 * u64::from(batch);
-            self.encode_sample(space, encoder, &bindings, offset, timer);
-            let mut pass = timer.pass(encoder, "classify", at::CLASSIFY);
-            space.kernels.classify.encode(gpu, &mut pass, &bindings, &space.dispatches, offset);
-        }
-        let mut pass = timer.pass(encoder, "scan", at::SCAN);
-        self.scan_counts.encode(gpu, &mut pass, &bindings, slab.bricks);
-        let mut with_header = bindings.clone();
-        if let Some(target) = target {
-            with_header.set(b::HEADER, &target.mesh.header);
-        }
-        space.kernels.emit.encode_totals(gpu, &mut pass, &with_header);
-    }
-
-    fn encode_sample(
-        &self,
-        space: &Workspace,
-        encoder: &mut wgpu::CommandEncoder,
-        bindings: &Bindings<'_>,
-        offset: u64,
-        timer: &mut Timer,
-    ) {
-        if let Some(sample) = &space.kernels.sample {
-            let mut pass = timer.pass(encoder, "sample", at::SAMPLE);
-            sample.encode(&self.gpu, &mut pass, bindings, &space.dispatches, offset);
-        }
-    }
-
-    fn encode_emit(
-        &self,
-        space: &Workspace,
-        encoder: &mut wgpu::CommandEncoder,
-        options: &Options,
-        slab: Slab,
-        target: &Target<'_>,
-        timer: &mut Timer,
-    ) {
-        let mut params = space.params(options, slab);
-        [params.first_vertex, params.first_triangle] = target.first;
-        [params.vertex_window, params.triangle_window] = target.window;
-        [params.vertex_capacity, params.triangle_capacity] = target.capacity;
-        let [from, size] = [target.window, target.capacity]
-            .map(|items| [0, 1].map(|i| u64::from(items[i]) * Target::BYTES[i]));
-        for batch in 0..space.plan.batches {
-            params.first_slot = batch * space.plan.batch_slots;
-            let uniform = self.uniform(&params);
-            let mut bindings = space.bindings(self, &uniform);
-            bindings.set_window(b::VERTICES, &target.mesh.vertices, from[0], size[0]);
-            bindings.set_window(b::INDICES, &target.mesh.indices, from[1], size[1]);
-            let offset = 24 * u64::from(batch) + 12;
-            if space.plan.batches > 1 {
-                // The batch's samples were overwritten by later batches.
-                self.encode_sample(space, encoder, &bindings, offset, timer);
-            }
-            let mut pass = timer.pass(encoder, "emit", at::EMIT);
-            space.kernels.emit.encode(&self.gpu, &mut pass, &bindings, &space.dispatches, offset);
-        }
-    }
-
     /// Extracts `source` with buffers made for it: [`Extractor::prepare`] and
     /// [`Extractor::extract_in`] in one.
     ///
     /// # Errors
     /// As both.
     pub fn extract(&self, source: &Source<'_>, options: &Options) -> Result<Extraction, ExtractError> {
+        self.extract_with(source, options, &|_| {})
+    }
+
+    /// [`Extractor::extract`]; `progress` hears how much is done, from 0 to 1.
+    ///
+    /// # Errors
+    /// As [`Extractor::extract`].
+    pub fn extract_with(
+        &self,
+        source: &Source<'_>,
+        options: &Options,
+        progress: &dyn Fn(f64),
+    ) -> Result<Extraction, ExtractError> {
         let mut most_layers = u32::MAX;
         loop {
             let start = Instant::now();
             let space = self.prepare_layers(source, options.memory_budget, most_layers)?;
             let upload = start.elapsed().as_secs_f64();
-            match self.extract_in(&space, source, options, &|_| {}) {
+            match self.extract_in(&space, source, options, progress) {
                 // A slab's part of the mesh is more than the adapter binds: thinner slabs.
                 Err(ExtractError::Binding { .. }) if space.layers() > 1 => {
                     most_layers = space.layers().div_ceil(2)
@@ -535,6 +301,35 @@ impl Extractor {
         Ok(Extraction { mesh, report })
     }
 
+    /// The lowest and highest finite value of `source`: of all samples of a volume, of a coarse grid's for
+    /// a field. For telling users why a mesh is empty.
+    ///
+    /// # Errors
+    /// As [`Extractor::extract`].
+    pub fn value_range(&self, source: &Source<'_>) -> Result<Option<(f32, f32)>, ExtractError> {
+        const CELLS: u32 = 31;
+        let Source::Field(field, grid) = source else { return Ok(source.value_range()) };
+        let cells = grid.cells().min(glam::UVec3::splat(CELLS));
+        let stretch = grid.cells().as_vec3() / cells.as_vec3();
+        let step = grid.step() * glam::Mat3::from_diagonal(stretch);
+        let Ok(coarse) = Grid::new(cells.into(), grid.origin(), step) else { return Ok(None) };
+        let space = self.prepare(&Source::Field(*field, coarse), u64::MAX)?;
+        let [slab] = space.plan.slabs[..] else { return Ok(None) };
+        let options = Options::new(0.0);
+        let params = self.uniform(&space.params(&options, slab));
+        self.gpu.guarded("value range", 0, || {
+            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+            self.encode_count(&space, &mut encoder, &options, slab, None, &mut Timer::off());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            space.kernels.range.encode(&self.gpu, &mut pass, &space.bindings(self, &params), slab.bricks);
+            drop(pass);
+            self.gpu.queue.submit([encoder.finish()]);
+        })?;
+        let ranges = self.gpu.read(&space.ranges, 8 * u64::from(slab.bricks))?;
+        let ranges: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&ranges);
+        Ok(super::widest(&ranges))
+    }
+
     fn upload_timed(
         &self,
         space: &Workspace,
@@ -610,64 +405,4 @@ fn places(works: &[Work]) -> Result<Vec<Place>, ExtractError> {
         }
     }
     Ok(places)
-}
-
-impl Workspace {
-    /// Where in `Work` the count of samples that are not finite lies.
-    const NON_FINITE: u64 = std::mem::offset_of!(Work, non_finite) as u64;
-
-    /// How the grid was cut, and the bytes of the buffers.
-    pub fn plan(&self) -> &Plan {
-        &self.plan
-    }
-
-    /// The buffers that a run leaves behind, for comparing stages.
-    pub(crate) fn buffers(&self) -> StageBuffers<'_> {
-        StageBuffers {
-            has_samples: !self.is_volume,
-            source: &self.source,
-            ranges: &self.ranges,
-            marks: &self.marks,
-            slots: &self.slots,
-            active: &self.active,
-            records: &self.records,
-            counts: &self.counts,
-        }
-    }
-
-    fn layers(&self) -> u32 {
-        let bricks = self.grid.bricks();
-        self.plan.slabs[0].own_bricks / (bricks.x * bricks.y)
-    }
-
-    fn params(&self, options: &Options, slab: Slab) -> Params {
-        Params {
-            first_plane: if self.is_volume { slab.planes.0 } else { 0 },
-            first_brick: slab.first_brick,
-            slab_bricks: slab.bricks,
-            own_bricks: slab.own_bricks,
-            ..Params::new(&self.grid, options.iso, options.sense.unwrap_or(self.sense))
-        }
-    }
-
-    fn bindings<'a>(&'a self, extractor: &'a Extractor, params: &'a wgpu::Buffer) -> Bindings<'a> {
-        let mut bindings = Bindings::default();
-        bindings
-            .set(b::PARAMS, params)
-            .set(b::WORK, &self.work)
-            .set(b::SOURCE, &self.source)
-            .set(b::SAMPLES, &self.source)
-            .set(b::RANGES, &self.ranges)
-            .set(b::MARKS, &self.marks)
-            .set(b::SLOTS, &self.slots)
-            .set(b::ACTIVE, &self.active)
-            .set(b::DISPATCHES, &self.dispatches)
-            .set(b::RECORDS, &self.records)
-            .set(b::COUNTS, &self.counts)
-            .set(b::TABLE, &extractor.table)
-            .set(b::PARTIALS, &self.partials)
-            .set(b::HEADER, &self.header)
-            .set(b::FIELD, &self.field_parameters);
-        bindings
-    }
 }

@@ -2,17 +2,24 @@
 //! ([`extract_on_cpu`]).
 
 mod cpu;
+mod encode;
 mod gpu;
 mod plan;
+mod workspace;
 
 pub use cpu::extract_on_cpu;
-pub use gpu::{Extraction, Extractor, Workspace};
+pub use gpu::{Extraction, Extractor};
 pub use plan::Plan;
+pub use workspace::Workspace;
 
 use crate::field::{Field, NoForm, Sense};
 use crate::gpu::GpuError;
-use crate::grid::Grid;
+use crate::grid::{Grid, SAMPLES_PER_BRICK};
+use crate::stage::inside::from_order_key;
+use crate::stage::params::Params;
+use crate::stage::sample::cpu::sample;
 use crate::volume::Volume;
+use rayon::prelude::*;
 
 /// What is meshed.
 #[derive(Debug, Clone, Copy)]
@@ -29,6 +36,25 @@ impl Source<'_> {
         match self {
             Source::Field(_, grid) => grid,
             Source::Volume(volume) => volume.grid(),
+        }
+    }
+
+    /// The lowest and highest finite sample, evaluated on the CPU; `None` if there is none, or if only a GPU
+    /// evaluates the field.
+    pub fn value_range(&self) -> Option<(f32, f32)> {
+        match self {
+            Source::Volume(volume) => volume.finite_range(),
+            Source::Field(field, grid) => {
+                let params = Params::new(grid, 0.0, Sense::Below);
+                let brick_range = |brick| {
+                    let mut samples = [0.0; SAMPLES_PER_BRICK];
+                    sample(&params, *field, params.brick_origin(brick), &mut samples).ok()?;
+                    let finite = samples.into_iter().filter(|v| v.is_finite());
+                    finite.map(|v| (v, v)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+                };
+                let ranges = (0..params.slab_bricks).into_par_iter().filter_map(brick_range);
+                ranges.reduce_with(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+            }
         }
     }
 
@@ -167,6 +193,14 @@ pub enum ExtractError {
         /// How many.
         slabs: usize,
     },
+}
+
+/// The lowest and highest value of any brick, from their ranges of order keys. A brick with samples that
+/// are not finite has the widest range, which says nothing.
+fn widest(ranges: &[[u32; 2]]) -> Option<(f32, f32)> {
+    let known = ranges.iter().filter(|[low, high]| low <= high && [*low, *high] != [0, u32::MAX]);
+    let keys = known.copied().reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    keys.map(|[low, high]| (from_order_key(low), from_order_key(high)))
 }
 
 /// Checks that hold for both backends.

@@ -10,7 +10,7 @@ pub enum GpuError {
     /// No adapter at all.
     #[error(
         "no GPU adapter was found ({0}): install a Vulkan, Metal or DirectX 12 driver \
-         (Debian: mesa-vulkan-drivers for the software one), or use the CPU backend"
+         (Debian: mesa-vulkan-drivers for the software one), or let the CPU do what it can (--backend cpu)"
     )]
     NoAdapter(String),
     /// The adapter refused to open a device.

@@ -2,6 +2,14 @@
 
 use glam::Vec3;
 
+pub mod check;
+pub mod clean;
+pub mod read;
+mod report;
+mod stitch;
+mod weld;
+pub mod write;
+
 /// A vertex as it lies in GPU buffers and in [`Mesh::vertices`]: 24 bytes, no padding.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]

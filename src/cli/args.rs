@@ -1,0 +1,313 @@
+//! The arguments of every command.
+
+use crate::field::Sense;
+use crate::render::Shade;
+use crate::volume::{Endian, Scalar};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use glam::Vec3;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Turns density fields and volumes into triangle meshes, on the GPU or on all cores of the CPU.
+#[derive(Debug, Parser)]
+#[command(name = "isoforge", version, about, max_term_width = 110)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Extract the surface at an iso value: write it, draw it, or both
+    Extract(Box<ExtractArgs>),
+    /// Check a mesh file: is it closed, manifold, consistently wound; area, volume, genus
+    Check(CheckArgs),
+    /// List the adapters, their limits, and what isoforge will use
+    Info,
+    /// List the named fields with their formulas and parameters
+    Fields,
+    /// Run GPU and CPU stage by stage and tell what agrees; exit 1 if something does not
+    Compare(CompareArgs),
+}
+
+/// What is meshed, and where.
+#[derive(Debug, Args)]
+pub struct SourceArgs {
+    /// A field's name (see `isoforge fields`), a .wgsl file with `fn density(p: vec3<f32>) -> f32`,
+    /// or a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr .raw .bin
+    pub source: String,
+
+    /// The iso value, in the units of the samples [default: the field's own; volumes need it]
+    #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
+    pub iso: Option<f32>,
+
+    /// Cells along each axis of a field's grid: one number, or x,y,z [default: 128]
+    #[arg(short = 'n', long, value_name = "N", value_parser = cells, allow_hyphen_values = true)]
+    pub cells: Option<[u32; 3]>,
+
+    /// Mesh a field in the cube from -L to L [default: the field's own, or 1.5]
+    #[arg(short = 'L', long, value_name = "L", allow_negative_numbers = true, conflicts_with = "bounds")]
+    pub half_edge: Option<f32>,
+
+    /// Mesh a field in this box
+    #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = bounds, allow_hyphen_values = true)]
+    pub bounds: Option<[Vec3; 2]>,
+
+    /// A field's parameter, as in `--param R=0.8`; may be repeated
+    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parameter)]
+    pub parameters: Vec<(String, f64)>,
+
+    /// Which side of iso is inside [default: below for fields, above for volumes]
+    #[arg(long, value_enum)]
+    pub inside: Option<Side>,
+
+    #[command(flatten)]
+    pub raw: RawArgs,
+}
+
+/// How a .raw or .bin file is laid out.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Raw volumes")]
+pub struct RawArgs {
+    /// Samples along each axis of a raw volume
+    #[arg(long, value_name = "X,Y,Z", value_parser = dims, requires = "scalar")]
+    pub dims: Option<[u32; 3]>,
+
+    /// Type of its samples: u8 i8 u16 i16 u32 i32 f32 f64
+    #[arg(long = "type", value_name = "TYPE", value_parser = Scalar::from_str, requires = "dims")]
+    pub scalar: Option<Scalar>,
+
+    /// Its byte order: little or big
+    #[arg(long, value_parser = Endian::from_str, default_value = "little", hide_possible_values = true)]
+    pub endian: Endian,
+
+    /// Distance of its samples, in world units
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, default_value = "1,1,1")]
+    pub spacing: Triple,
+
+    /// World position of its first sample
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, default_value = "0,0,0", allow_hyphen_values = true)]
+    pub origin: Triple,
+
+    /// Bytes before its first sample
+    #[arg(long, value_name = "BYTES", default_value_t = 0)]
+    pub skip_bytes: u64,
+}
+
+#[derive(Debug, Args)]
+pub struct ExtractArgs {
+    #[command(flatten)]
+    pub source: SourceArgs,
+
+    /// Write the mesh; the ending chooses the format: .off .obj .ply .stl .glb
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Draw the mesh into a PNG
+    #[arg(long, value_name = "FILE")]
+    pub png: Option<PathBuf>,
+
+    /// Contract the zero-area triangles that samples equal to iso leave behind
+    #[arg(long)]
+    pub no_degenerate: bool,
+
+    #[command(flatten)]
+    pub run: RunArgs,
+
+    /// Write one JSON object with counts, bytes and seconds; - for standard output
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+
+    /// Print errors alone
+    #[arg(short, long)]
+    pub quiet: bool,
+
+    #[command(flatten)]
+    pub picture: PictureArgs,
+}
+
+/// Where and within which limits the work is done.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// Where to extract; auto takes a GPU if there is one (a software adapter is none), else the CPU
+    #[arg(long, value_enum, default_value = "auto")]
+    pub backend: Backend,
+
+    /// The most memory that buffers may take, as in 512M or 4G [default: three quarters of what is free]
+    #[arg(long, value_name = "BYTES", value_parser = byte_count)]
+    pub memory_budget: Option<u64>,
+
+    /// The longest wait for one piece of GPU work, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 120)]
+    pub time_limit: u64,
+}
+
+/// How the picture looks.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Picture")]
+pub struct PictureArgs {
+    /// Degrees around the z axis; 0 looks from +x, 90 from +y
+    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, allow_negative_numbers = true)]
+    pub azimuth: f32,
+
+    /// Degrees above the xy plane
+    #[arg(long, value_name = "DEGREES", default_value_t = 25.0, allow_negative_numbers = true)]
+    pub elevation: f32,
+
+    /// Vertical opening angle in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 35.0)]
+    pub fov: f32,
+
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1024x768")]
+    pub size: Size,
+
+    /// lit; normals as colours; or debug: magenta where the winding is wrong, yellow where normals are
+    #[arg(long, value_enum, default_value = "lit")]
+    pub shade: ShadeArg,
+
+    /// Draw the triangles' edges on top
+    #[arg(long)]
+    pub wireframe: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// A mesh: .off .obj .ply .stl .glb
+    pub file: PathBuf,
+
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+
+    /// Exit 1 on any defect
+    #[arg(long)]
+    pub strict: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    #[command(flatten)]
+    pub source: SourceArgs,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Backend {
+    Auto,
+    Gpu,
+    Cpu,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Side {
+    Below,
+    Above,
+}
+
+impl From<Side> for Sense {
+    fn from(side: Side) -> Self {
+        match side {
+            Side::Below => Self::Below,
+            Side::Above => Self::Above,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum ShadeArg {
+    Lit,
+    Normals,
+    Debug,
+}
+
+impl From<ShadeArg> for Shade {
+    fn from(shade: ShadeArg) -> Self {
+        match shade {
+            ShadeArg::Lit => Self::Lit,
+            ShadeArg::Normals => Self::Normals,
+            ShadeArg::Debug => Self::Debug,
+        }
+    }
+}
+
+/// Three numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Triple(pub [f32; 3]);
+
+/// Width and height.
+#[derive(Debug, Clone, Copy)]
+pub struct Size(pub [u32; 2]);
+
+fn list<T: FromStr, const N: usize>(text: &str, separator: char) -> Option<[T; N]> {
+    let parts: Vec<T> = text.split(separator).map(|p| p.trim().parse().ok()).collect::<Option<_>>()?;
+    parts.try_into().ok()
+}
+
+fn cells(text: &str) -> Result<[u32; 3], String> {
+    let one: Option<[u32; 1]> = list(text, ',');
+    let cells = one.map(|[n]| [n; 3]).or_else(|| list(text, ','));
+    cells.ok_or_else(|| "give one whole number, or three with commas".into())
+}
+
+fn dims(text: &str) -> Result<[u32; 3], String> {
+    list(text, ',').ok_or_else(|| "give three whole numbers with commas".into())
+}
+
+fn triple(text: &str) -> Result<Triple, String> {
+    list(text, ',').map(Triple).ok_or_else(|| "give three numbers with commas".into())
+}
+
+fn bounds(text: &str) -> Result<[Vec3; 2], String> {
+    let [a, b, c, d, e, f] =
+        list(text, ',').ok_or("give six numbers with commas: low corner, high corner")?;
+    Ok([Vec3::new(a, b, c), Vec3::new(d, e, f)])
+}
+
+fn size(text: &str) -> Result<Size, String> {
+    list(text, 'x').map(Size).ok_or_else(|| "give two whole numbers, as in 1024x768".into())
+}
+
+fn parameter(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("give NAME=VALUE")?;
+    let value = value.trim().parse().map_err(|_| format!("`{value}` is not a number"))?;
+    Ok((name.trim().into(), value))
+}
+
+fn byte_count(text: &str) -> Result<u64, String> {
+    let lower = text.trim().to_ascii_lowercase();
+    let digits = lower.find(|c: char| !c.is_ascii_digit()).unwrap_or(lower.len());
+    let shift = match lower[digits..].trim() {
+        "" | "b" => 0,
+        "k" | "kb" | "kib" => 10,
+        "m" | "mb" | "mib" => 20,
+        "g" | "gb" | "gib" => 30,
+        "t" | "tb" | "tib" => 40,
+        _ => return Err("give a whole number of bytes, or one with K, M, G or T (powers of 1024)".into()),
+    };
+    let number: u64 =
+        lower[..digits].parse().map_err(|_| "give a whole number of bytes, or one with K, M, G, T")?;
+    number.checked_shl(shift).filter(|n| n >> shift == number).ok_or_else(|| "that is too large".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn values_are_read() {
+        assert_eq!(cells("7"), Ok([7; 3]));
+        assert_eq!(cells("7,8,9"), Ok([7, 8, 9]));
+        assert!(cells("7,8").is_err() && cells("-1").is_err() && cells("1.5").is_err());
+        assert_eq!(byte_count("512M"), Ok(512 << 20));
+        assert_eq!(byte_count("2 GiB"), Ok(2 << 30));
+        assert!(byte_count("99999999999999T").is_err() && byte_count("fast").is_err());
+        assert_eq!(parameter("R=0.5"), Ok(("R".into(), 0.5)));
+        assert!(bounds("0,0,0,1,1").is_err());
+    }
+}

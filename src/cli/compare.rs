@@ -1,0 +1,20 @@
+//! `isoforge compare`.
+
+use super::args::CompareArgs;
+use super::{Failure, backend, say, source};
+use crate::compare::compare;
+use crate::extract::Extractor;
+use crate::gpu::{AdapterChoice, Gpu};
+
+/// Runs both backends stage by stage and prints what agrees.
+pub fn run(args: &CompareArgs) -> Result<(), Failure> {
+    let memory_budget = backend::memory_budget(None);
+    let (loaded, _) = source::load(&args.source, memory_budget)?;
+    let options = loaded.options(&args.source, memory_budget)?;
+    let gpu = Gpu::open(AdapterChoice::Best).map_err(Failure::run)?;
+    say(format_args!("{} against the CPU: {}, iso {}", gpu.info.name, args.source.source, options.iso));
+    let extractor = Extractor::new(gpu).map_err(Failure::run)?;
+    let comparison = compare(&extractor, &loaded.source(), &options).map_err(Failure::run)?;
+    say(comparison.to_string().trim_end());
+    if comparison.agrees() { Ok(()) } else { Err(Failure::Negative) }
+}

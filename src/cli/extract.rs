@@ -1,0 +1,230 @@
+//! `isoforge extract`.
+
+use super::args::{Backend, ExtractArgs};
+use super::progress::Progress;
+use super::source::Loaded;
+use super::stats::{Seconds, Stats};
+use super::{Failure, backend, picture, source, stats};
+use crate::extract::{ExtractError, Extractor, Options, Report, Source, extract_on_cpu, stage_index};
+use crate::gpu::{Gpu, GpuMesh};
+use crate::mesh::{Mesh, write};
+use std::path::Path;
+use std::time::Instant;
+
+/// Where the mesh is after the extraction.
+enum Made {
+    Gpu(Box<(Gpu, GpuMesh)>),
+    Cpu(Mesh),
+}
+
+/// Extracts, draws, writes and reports.
+pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
+    let start = Instant::now();
+    check_targets(args)?;
+    let memory_budget = backend::memory_budget(args.run.memory_budget);
+    let progress = Progress::new(args.quiet);
+    let remark = |text: &str| {
+        if !args.quiet {
+            eprintln!("isoforge: {text}");
+        }
+    };
+
+    progress.phase("reading");
+    let (loaded, notes) = source::load(&args.source, memory_budget)?;
+    let read = start.elapsed().as_secs_f64();
+    notes.iter().for_each(|note| remark(note));
+    let options = loaded.options(&args.source, memory_budget)?;
+    let source = loaded.source();
+
+    let (gpu, note) = backend::choose(&args.run, &source)?;
+    if let Some(note) = note {
+        remark(&note);
+    }
+    progress.phase("extracting");
+    let (made, report) = extract(args, gpu, &source, &options, &progress, &remark)?;
+    if report.non_finite > 0 {
+        remark(&format!("{} samples are NaN or infinite and count as outside", report.non_finite));
+    }
+    if report.triangles == 0 {
+        remark(&empty_message(&loaded, &options, &made));
+    }
+
+    if let Some(path) = &args.png {
+        progress.phase("drawing");
+        match &made {
+            Made::Gpu(made) => picture::draw_gpu(&made.0, &made.1, &args.picture, path)?,
+            Made::Cpu(mesh) => picture::draw_cpu(mesh, &args.picture, path)?,
+        }
+    }
+    let mut seconds = Seconds::of(&report);
+    if matches!(loaded, Loaded::Volume(_)) {
+        seconds.read = Some(read);
+    }
+    let (backend, adapter) = match &made {
+        Made::Gpu(made) => ("gpu", Some(made.0.info.name.clone())),
+        Made::Cpu(_) => ("cpu", None),
+    };
+    // A mesh that is only drawn never leaves the GPU.
+    let wanted = args.output.is_some() || args.stats.is_some() || args.no_degenerate;
+    let mesh = match made {
+        Made::Gpu(made) if wanted => {
+            let (gpu, mesh) = *made;
+            progress.phase("reading back");
+            let since = Instant::now();
+            let mesh = mesh.read(&gpu).map_err(Failure::run)?;
+            seconds.readback = Some(since.elapsed().as_secs_f64());
+            Some(mesh)
+        }
+        Made::Gpu(_) => None,
+        Made::Cpu(mesh) => Some(mesh),
+    };
+    let finished = finish(args, mesh, &mut seconds, &progress)?;
+    drop(progress);
+
+    seconds.total = start.elapsed().as_secs_f64();
+    remark(&summary(args, &report, &finished, adapter.as_deref(), seconds.total));
+    if let Some(path) = &args.stats {
+        let stats = Stats {
+            vertices: finished.vertices.unwrap_or(report.vertices),
+            triangles: finished.triangles.unwrap_or(report.triangles),
+            degenerate_triangles: finished.degenerate,
+            removed_triangles: finished.removed,
+            bricks: report.bricks,
+            active_bricks: report.active_bricks,
+            slabs: report.slabs,
+            non_finite_samples: report.non_finite,
+            backend,
+            adapter: adapter.as_deref(),
+            peak_bytes: report.peak_bytes,
+            seconds,
+        };
+        stats::write(&stats, path)?;
+    }
+    Ok(())
+}
+
+/// Refuses what cannot be written before the long work begins.
+fn check_targets(args: &ExtractArgs) -> Result<(), Failure> {
+    if let Some(path) = &args.output {
+        if !write::is_mesh_ending(path) {
+            return Err(Failure::usage(format!(
+                "-o {}: this ending is no mesh format; there are .{}",
+                path.display(),
+                write::ENDINGS.join(" .")
+            )));
+        }
+        write::check_target(path).map_err(Failure::run)?;
+    }
+    if let Some(path) = &args.png {
+        if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
+            return Err(Failure::usage(format!("--png {}: a picture's name ends in .png", path.display())));
+        }
+        picture::check(&args.picture, path)?;
+    }
+    if let Some(path) = args.stats.as_deref().filter(|p| *p != Path::new("-")) {
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if !folder.is_dir() {
+            return Err(Failure::run(format!(
+                "--stats {}: the folder {} is not there: make it, or name another",
+                path.display(),
+                folder.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn extract(
+    args: &ExtractArgs,
+    gpu: Option<Gpu>,
+    source: &Source<'_>,
+    options: &Options,
+    progress: &Progress,
+    remark: &dyn Fn(&str),
+) -> Result<(Made, Report), Failure> {
+    if let Some(gpu) = gpu {
+        let extraction = Extractor::new(gpu.clone())
+            .and_then(|extractor| extractor.extract_with(source, options, &|part| progress.set(part)));
+        match extraction {
+            Ok(extraction) => return Ok((Made::Gpu(Box::new((gpu, extraction.mesh))), extraction.report)),
+            // Chosen by us, not by the user: take the path that can.
+            Err(error @ ExtractError::Binding { .. }) if args.run.backend == Backend::Auto => {
+                remark(&format!("{error}; the CPU does it"));
+            }
+            Err(error) => return Err(Failure::run(error)),
+        }
+    }
+    let (mesh, mut report) =
+        extract_on_cpu(source, options, &|part| progress.set(part)).map_err(Failure::run)?;
+    report.seconds[stage_index::UPLOAD] = None;
+    Ok((Made::Cpu(mesh), report))
+}
+
+fn empty_message(loaded: &Loaded, options: &Options, made: &Made) -> String {
+    let range = match (made, &loaded.source()) {
+        (Made::Gpu(made), source) => {
+            Extractor::new(made.0.clone()).and_then(|e| e.value_range(source)).ok().flatten()
+        }
+        (Made::Cpu(_), source) => source.value_range(),
+    };
+    let range = range.map_or("the field has no finite value there".into(), |(low, high)| {
+        format!("the field runs from {low} to {high} there")
+    });
+    format!("the mesh is empty: no sample crosses iso {}; {range}", options.iso)
+}
+
+/// What became of the mesh.
+struct Finished {
+    vertices: Option<u64>,
+    triangles: Option<u64>,
+    degenerate: Option<u64>,
+    removed: u64,
+}
+
+/// Cleans, counts and writes the mesh, if it was read back.
+fn finish(
+    args: &ExtractArgs,
+    mesh: Option<Mesh>,
+    seconds: &mut Seconds,
+    progress: &Progress,
+) -> Result<Finished, Failure> {
+    let Some(mut mesh) = mesh else {
+        return Ok(Finished { vertices: None, triangles: None, degenerate: None, removed: 0 });
+    };
+    let removed = if args.no_degenerate { mesh.remove_degenerate().triangles as u64 } else { 0 };
+    let degenerate = Some(mesh.degenerate_count() as u64);
+    if let Some(path) = &args.output {
+        progress.phase("writing");
+        let since = Instant::now();
+        write::write(&mesh, path).map_err(Failure::run)?;
+        seconds.write = Some(since.elapsed().as_secs_f64());
+    }
+    Ok(Finished {
+        vertices: Some(mesh.vertices.len() as u64),
+        triangles: Some(mesh.triangles.len() as u64),
+        degenerate,
+        removed,
+    })
+}
+
+fn summary(
+    args: &ExtractArgs,
+    report: &Report,
+    finished: &Finished,
+    adapter: Option<&str>,
+    total: f64,
+) -> String {
+    let place = adapter.map_or("the CPU".into(), |name| format!("the GPU ({name})"));
+    let vertices = finished.vertices.unwrap_or(report.vertices);
+    let triangles = finished.triangles.unwrap_or(report.triangles);
+    let mut text = format!("{}: {vertices} vertices, {triangles} triangles", args.source.source);
+    match (finished.degenerate, finished.removed) {
+        (Some(0) | None, 0) => {}
+        (_, 0) => {
+            text +=
+                &format!(" ({} of zero area; --no-degenerate removes them)", finished.degenerate.unwrap_or(0))
+        }
+        (left, removed) => text += &format!(" ({removed} of zero area removed, {} left)", left.unwrap_or(0)),
+    }
+    text + &format!(" on {place} in {total:.2} s")
+}

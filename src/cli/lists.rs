@@ -1,0 +1,62 @@
+//! `isoforge info` and `isoforge fields`.
+
+use super::{Failure, backend, say};
+use crate::field::named;
+use crate::gpu::adapters;
+
+/// Lists the adapters and what will be used.
+pub fn info() -> Result<(), Failure> {
+    let adapters = adapters();
+    say(format_args!("isoforge {}", env!("CARGO_PKG_VERSION")));
+    say(format_args!("CPU: {} threads", rayon::current_num_threads()));
+    say(format_args!("memory budget unless given: {} MiB", backend::memory_budget(None) >> 20));
+    if adapters.is_empty() {
+        say("no adapter: the CPU does the work, and the software rasteriser draws");
+        return Ok(());
+    }
+    for adapter in &adapters {
+        let (info, limits) = (adapter.get_info(), adapter.limits());
+        say(format_args!(
+            "\nadapter: {} ({:?}, {:?}) {} {}",
+            info.name, info.device_type, info.backend, info.driver, info.driver_info
+        ));
+        let timestamps = adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        let rows = [
+            ("largest storage binding", format!("{} MiB", limits.max_storage_buffer_binding_size >> 20)),
+            ("largest buffer", format!("{} MiB", limits.max_buffer_size >> 20)),
+            ("workgroup invocations", limits.max_compute_invocations_per_workgroup.to_string()),
+            ("workgroup storage", format!("{} KiB", limits.max_compute_workgroup_storage_size >> 10)),
+            ("storage buffers a stage", limits.max_storage_buffers_per_shader_stage.to_string()),
+            ("workgroups a dimension", limits.max_compute_workgroups_per_dimension.to_string()),
+            ("largest picture side", limits.max_texture_dimension_2d.to_string()),
+            ("stage timestamps", if timestamps { "yes" } else { "no" }.into()),
+        ];
+        rows.iter().for_each(|(name, value)| say(format_args!("  {name:<26}{value}")));
+    }
+    let best = adapters[0].get_info();
+    say(if best.device_type == wgpu::DeviceType::Cpu {
+        format!(
+            "\n--backend auto: the CPU ({} is a software adapter); --backend gpu: {}",
+            best.name, best.name
+        )
+    } else {
+        format!("\n--backend auto and gpu: {}", best.name)
+    });
+    Ok(())
+}
+
+/// Lists the named fields.
+pub fn fields() -> Result<(), Failure> {
+    for field in named::ALL {
+        say(format_args!("{:<12}{}", field.name, field.formula));
+        say(format_args!("{:<12}shown by -L {} -I {}", "", field.half_edge, field.iso));
+        for p in field.parameters {
+            say(format_args!(
+                "{:<12}--param {}={}  {} (at least {})",
+                "", p.name, p.default, p.meaning, p.least
+            ));
+        }
+    }
+    say("\nBeside these: a .wgsl file with `fn density(p: vec3<f32>) -> f32`, and volumes.");
+    Ok(())
+}

@@ -1,0 +1,74 @@
+//! The command line: arguments, and what each command does with the library.
+//!
+//! Exit codes: 0 done, 1 the run failed, 2 the command line is wrong.
+
+mod args;
+mod backend;
+mod check;
+mod compare;
+mod extract;
+mod lists;
+mod picture;
+mod progress;
+mod source;
+mod stats;
+
+use args::{Cli, Command};
+use clap::Parser;
+
+/// Why a command ended without doing its work.
+#[derive(Debug)]
+enum Failure {
+    /// The command line is wrong.
+    Usage(String),
+    /// The run failed.
+    Run(String),
+    /// The run did its work, and what it found is the answer 1: a defect, a disagreement.
+    Negative,
+}
+
+impl Failure {
+    fn usage(message: impl ToString) -> Self {
+        Self::Usage(message.to_string())
+    }
+
+    fn run(message: impl ToString) -> Self {
+        Self::Run(message.to_string())
+    }
+}
+
+/// Runs the program with the process's arguments; returns its exit code.
+pub fn run() -> i32 {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version come this way too, with code 0. A closed pipe is no error of ours.
+            let _ = error.print();
+            return error.exit_code();
+        }
+    };
+    let result = match &cli.command {
+        Command::Extract(args) => extract::run(args),
+        Command::Check(args) => check::run(args),
+        Command::Info => lists::info(),
+        Command::Fields => lists::fields(),
+        Command::Compare(args) => compare::run(args),
+    };
+    match result {
+        Ok(()) => 0,
+        Err(Failure::Negative) => 1,
+        Err(Failure::Run(message)) => complain(&message, 1),
+        Err(Failure::Usage(message)) => complain(&message, 2),
+    }
+}
+
+fn complain(message: &str, code: i32) -> i32 {
+    eprintln!("isoforge: {message}");
+    code
+}
+
+/// Prints to standard output; a reader that has gone away (`| head`) is not an error.
+fn say(text: impl std::fmt::Display) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stdout(), "{text}");
+}

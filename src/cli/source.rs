@@ -1,0 +1,142 @@
+//! What the first argument names: a field, a WGSL file, or a volume.
+
+use super::Failure;
+use super::args::SourceArgs;
+use crate::extract::{Options, Source};
+use crate::field::named::Named;
+use crate::field::user::UserField;
+use crate::field::{Field, Sense};
+use crate::grid::{Grid, GridError};
+use crate::volume::{self, OpenOptions, RawLayout, Volume};
+use glam::Vec3;
+use std::path::Path;
+
+/// Cells an axis unless the user says.
+const CELLS: u32 = 128;
+/// Half the edge of the cube unless the user or the field says.
+const HALF_EDGE: f32 = 1.5;
+
+/// A source, owned.
+pub enum Loaded {
+    Field { field: Box<dyn Field>, grid: Grid, iso: f32 },
+    Volume(Box<Volume>),
+}
+
+impl Loaded {
+    /// The source as the library takes it.
+    pub fn source(&self) -> Source<'_> {
+        match self {
+            Loaded::Field { field, grid, .. } => Source::Field(field.as_ref(), *grid),
+            Loaded::Volume(volume) => Source::Volume(volume),
+        }
+    }
+
+    /// The settings of the extraction.
+    pub fn options(&self, args: &SourceArgs, memory_budget: u64) -> Result<Options, Failure> {
+        let iso = match (args.iso, self) {
+            (Some(iso), _) if !iso.is_finite() => {
+                return Err(Failure::usage(format!("-I {iso}: give a finite number")));
+            }
+            (Some(iso), _) => iso,
+            (None, Loaded::Field { iso, .. }) => *iso,
+            (None, Loaded::Volume(volume)) => {
+                let range = volume.finite_range().map_or("it has no finite value".into(), |(low, high)| {
+                    format!("its values run from {low} to {high}")
+                });
+                return Err(Failure::usage(format!("a volume needs an iso value, -I VALUE; {range}")));
+            }
+        };
+        Ok(Options { iso, sense: args.inside.map(Sense::from), memory_budget })
+    }
+}
+
+/// Loads what `args` name; the second value is remarks for the user.
+pub fn load(args: &SourceArgs, memory_budget: u64) -> Result<(Loaded, Vec<String>), Failure> {
+    let path = Path::new(&args.source);
+    let ending = path.extension().map(|e| e.to_ascii_lowercase());
+    if ending.as_deref().is_some_and(|e| e == "wgsl") {
+        return load_wgsl(args, path);
+    }
+    if volume::is_volume_ending(path) {
+        return load_volume(args, path, memory_budget);
+    }
+    if ending.is_some() || args.source.contains(['/', '\\']) || path.exists() {
+        return Err(Failure::usage(format!(
+            "{}: this ending is none that is read; a source is a field's name (see `isoforge fields`), a .wgsl file, \
+             or a volume ({})",
+            args.source,
+            volume::ENDINGS.join(" ")
+        )));
+    }
+    load_named(args)
+}
+
+fn load_named(args: &SourceArgs) -> Result<(Loaded, Vec<String>), Failure> {
+    let mut field = Named::new(&args.source).map_err(|e| {
+        Failure::usage(format!("{e}; a file needs one of the endings .wgsl {}", volume::ENDINGS.join(" ")))
+    })?;
+    for (name, value) in &args.parameters {
+        field = field.with(name, *value).map_err(Failure::usage)?;
+    }
+    let definition = field.definition();
+    let grid = grid(args, definition.half_edge)?;
+    Ok((Loaded::Field { field: Box::new(field), grid, iso: definition.iso }, Vec::new()))
+}
+
+fn load_wgsl(args: &SourceArgs, path: &Path) -> Result<(Loaded, Vec<String>), Failure> {
+    if let Some((name, _)) = args.parameters.first() {
+        return Err(Failure::usage(format!(
+            "--param {name}: a WGSL function has no parameters: use `const` in the file"
+        )));
+    }
+    let grid = grid(args, HALF_EDGE)?;
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| Failure::run(format!("{} cannot be read: {e}", path.display())))?;
+    let sense = args.inside.map_or(Sense::Below, Sense::from);
+    let field = UserField::new(&text, &args.source, sense).map_err(Failure::run)?;
+    Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0 }, Vec::new()))
+}
+
+/// The grid of a field.
+fn grid(args: &SourceArgs, half_edge: f32) -> Result<Grid, Failure> {
+    if args.raw.dims.is_some() {
+        return Err(Failure::usage("--dims is for raw volumes; a field's grid is set by -n"));
+    }
+    let half = args.half_edge.unwrap_or(half_edge);
+    if !(half.is_finite() && half > 0.0) {
+        return Err(Failure::usage(format!("-L {half}: give half the edge of the cube, a number over zero")));
+    }
+    let [low, high] = args.bounds.unwrap_or([Vec3::splat(-half), Vec3::splat(half)]);
+    Grid::from_bounds(args.cells.unwrap_or([CELLS; 3]), low, high).map_err(|error| match error {
+        GridError::Cells { .. } => Failure::usage(format!("-n: {error}")),
+        _ => Failure::usage(format!("{} {error}", if args.bounds.is_some() { "--bounds:" } else { "-L:" })),
+    })
+}
+
+fn load_volume(args: &SourceArgs, path: &Path, memory_budget: u64) -> Result<(Loaded, Vec<String>), Failure> {
+    let only_fields = [
+        (args.cells.is_some(), "-n"),
+        (args.half_edge.is_some(), "-L"),
+        (args.bounds.is_some(), "--bounds"),
+        (!args.parameters.is_empty(), "--param"),
+    ];
+    if let Some((_, flag)) = only_fields.iter().find(|(given, _)| *given) {
+        return Err(Failure::usage(format!(
+            "{flag} is for fields; a volume has its own grid, from its file"
+        )));
+    }
+    let raw = args.raw.dims.zip(args.raw.scalar).map(|(dims, scalar)| RawLayout {
+        dims,
+        scalar,
+        endian: args.raw.endian,
+        spacing: args.raw.spacing.0,
+        origin: args.raw.origin.0,
+        skip_bytes: args.raw.skip_bytes,
+    });
+    let options = OpenOptions { raw, max_bytes: Some(memory_budget) };
+    let opened = volume::open(path, &options).map_err(|error| match error {
+        volume::OpenError::NoLayout { .. } => Failure::usage(format!("{error}: --dims X,Y,Z --type TYPE")),
+        _ => Failure::run(error),
+    })?;
+    Ok((Loaded::Volume(Box::new(opened.volume)), opened.notes))
+}

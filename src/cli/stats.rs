@@ -1,0 +1,68 @@
+//! What `--stats` writes.
+
+use super::{Failure, say};
+use crate::extract::Report;
+use serde::Serialize;
+use std::path::Path;
+
+/// One JSON object; seconds are null where a part was not done or not measured.
+#[derive(Debug, Serialize)]
+pub struct Stats<'a> {
+    pub vertices: u64,
+    pub triangles: u64,
+    /// Zero-area triangles in the mesh as written; null if it was not read back.
+    pub degenerate_triangles: Option<u64>,
+    /// Zero-area triangles that `--no-degenerate` removed.
+    pub removed_triangles: u64,
+    pub bricks: u64,
+    pub active_bricks: u64,
+    pub slabs: u64,
+    pub non_finite_samples: u64,
+    pub backend: &'a str,
+    /// The adapter's name; null on the CPU.
+    pub adapter: Option<&'a str>,
+    pub peak_bytes: u64,
+    pub seconds: Seconds,
+}
+
+#[derive(Debug, Default, Serialize)]
+pub struct Seconds {
+    pub read: Option<f64>,
+    pub upload: Option<f64>,
+    pub cull: Option<f64>,
+    pub sample: Option<f64>,
+    pub classify: Option<f64>,
+    pub scan: Option<f64>,
+    pub emit: Option<f64>,
+    pub readback: Option<f64>,
+    pub write: Option<f64>,
+    pub total: f64,
+}
+
+impl Seconds {
+    /// The parts that the extraction measured.
+    pub fn of(report: &Report) -> Self {
+        let [read, upload, cull, sample, classify, scan, emit, readback] = report.seconds;
+        Self { read, upload, cull, sample, classify, scan, emit, readback, write: None, total: 0.0 }
+    }
+}
+
+/// Writes the object to `path`, or to standard output for `-`.
+pub fn write(stats: &Stats<'_>, path: &Path) -> Result<(), Failure> {
+    let text = serde_json::to_string(stats).map_err(Failure::run)?;
+    if path == Path::new("-") {
+        say(text);
+        return Ok(());
+    }
+    let failed = |e: std::io::Error| {
+        Failure::run(format!(
+            "the statistics cannot be written to {}: {e}; name another file, or -",
+            path.display()
+        ))
+    };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
+    std::io::Write::write_all(&mut file, (text + "\n").as_bytes()).map_err(failed)?;
+    file.persist(path).map_err(|e| failed(e.error))?;
+    Ok(())
+}

@@ -1,0 +1,160 @@
+//! Recording the stages of one slab into a command encoder.
+
+use super::plan::Slab;
+use super::workspace::Workspace;
+use super::{ExtractError, Extractor, Options, stage_index as at};
+use crate::gpu::kernel::{Bindings, binding as b};
+use crate::gpu::{GpuMesh, Timer};
+use crate::mesh::Vertex;
+use crate::stage::params::{Params, Work};
+use wgpu::BufferUsages as U;
+
+/// The buffers that emit writes, and the windows of them that are bound.
+pub(super) struct Target<'a> {
+    pub(super) mesh: &'a GpuMesh,
+    pub(super) window: [u32; 2],
+    pub(super) capacity: [u32; 2],
+    pub(super) first: [u32; 2],
+}
+
+impl Target<'_> {
+    /// Items whose bytes are a whole number of the largest offset alignment (256), by vertices of 24
+    /// and triangles of 12 bytes.
+    pub(super) const ALIGNED: [u32; 2] = [32, 64];
+    pub(super) const BYTES: [u64; 2] = [size_of::<Vertex>() as u64, 12];
+}
+
+impl Extractor {
+    pub(super) fn uniform(&self, params: &Params) -> wgpu::Buffer {
+        // Mapped at creation rather than written by the queue: commands already in the caller's
+        // encoder keep the settings that they were recorded with.
+        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("params"),
+            size: size_of::<Params>() as u64,
+            usage: U::UNIFORM,
+            mapped_at_creation: true,
+        });
+        if let Ok(mut view) = buffer.slice(..).get_mapped_range_mut() {
+            view.copy_from_slice(bytemuck::bytes_of(params));
+        }
+        buffer.unmap();
+        buffer
+    }
+
+    /// Records an extraction into the caller's encoder: no readback, no waiting. The mesh's header holds
+    /// the draw arguments; when a buffer is too short, it draws nothing and says what is needed.
+    ///
+    /// # Errors
+    /// [`ExtractError::Iso`]; [`ExtractError::Slabs`] for a grid that needs more than one slab.
+    pub fn encode(
+        &self,
+        space: &Workspace,
+        encoder: &mut wgpu::CommandEncoder,
+        options: &Options,
+        mesh: &GpuMesh,
+    ) -> Result<(), ExtractError> {
+        if !options.iso.is_finite() {
+            return Err(ExtractError::Iso(options.iso));
+        }
+        let timer = &mut Timer::off();
+        let [slab] = space.plan.slabs[..] else {
+            return Err(ExtractError::Slabs { slabs: space.plan.slabs.len() });
+        };
+        let capacity = [mesh.vertex_capacity, mesh.triangle_capacity];
+        let target = Target { mesh, window: [0; 2], capacity, first: [0; 2] };
+        self.encode_count(space, encoder, options, slab, Some(&target), timer);
+        self.encode_emit(space, encoder, options, slab, &target, timer);
+        Ok(())
+    }
+
+    /// cull, sample, classify, scan: everything up to the totals.
+    pub(super) fn encode_count(
+        &self,
+        space: &Workspace,
+        encoder: &mut wgpu::CommandEncoder,
+        options: &Options,
+        slab: Slab,
+        target: Option<&Target<'_>>,
+        timer: &mut Timer,
+    ) {
+        let gpu = &self.gpu;
+        let mut params = space.params(options, slab);
+        if let Some(target) = target {
+            [params.vertex_capacity, params.triangle_capacity] = target.capacity;
+        }
+        encoder.copy_buffer_to_buffer(&space.work_start, 0, &space.work, 0, size_of::<Work>() as u64);
+        encoder.copy_buffer_to_buffer(&space.odd, 0, &space.work, Workspace::NON_FINITE, 4);
+        let uniform = self.uniform(&params);
+        let bindings = space.bindings(self, &uniform);
+        // The scan over marks works on them in place of counts.
+        let mut over_marks = bindings.clone();
+        over_marks.set(b::COUNTS, &space.marks);
+        {
+            let mut pass = timer.pass(encoder, "cull", at::CULL);
+            self.cull.encode_mark(gpu, &mut pass, &bindings, slab.bricks, space.is_volume);
+            self.scan_marks.encode(gpu, &mut pass, &over_marks, slab.bricks);
+            self.cull.encode_compact(gpu, &mut pass, &bindings, slab.bricks);
+        }
+        for batch in 0..space.plan.batches {
+            params.first_slot = batch * space.plan.batch_slots;
+            let uniform = self.uniform(&params);
+            let bindings = space.bindings(self, &uniform);
+            let offset = 24 * u64::from(batch);
+            self.encode_sample(space, encoder, &bindings, offset, timer);
+            let mut pass = timer.pass(encoder, "classify", at::CLASSIFY);
+            space.kernels.classify.encode(gpu, &mut pass, &bindings, &space.dispatches, offset);
+        }
+        let mut pass = timer.pass(encoder, "scan", at::SCAN);
+        self.scan_counts.encode(gpu, &mut pass, &bindings, slab.bricks);
+        let mut with_header = bindings.clone();
+        if let Some(target) = target {
+            with_header.set(b::HEADER, &target.mesh.header);
+        }
+        space.kernels.emit.encode_totals(gpu, &mut pass, &with_header);
+    }
+
+    fn encode_sample(
+        &self,
+        space: &Workspace,
+        encoder: &mut wgpu::CommandEncoder,
+        bindings: &Bindings<'_>,
+        offset: u64,
+        timer: &mut Timer,
+    ) {
+        if let Some(sample) = &space.kernels.sample {
+            let mut pass = timer.pass(encoder, "sample", at::SAMPLE);
+            sample.encode(&self.gpu, &mut pass, bindings, &space.dispatches, offset);
+        }
+    }
+
+    pub(super) fn encode_emit(
+        &self,
+        space: &Workspace,
+        encoder: &mut wgpu::CommandEncoder,
+        options: &Options,
+        slab: Slab,
+        target: &Target<'_>,
+        timer: &mut Timer,
+    ) {
+        let mut params = space.params(options, slab);
+        [params.first_vertex, params.first_triangle] = target.first;
+        [params.vertex_window, params.triangle_window] = target.window;
+        [params.vertex_capacity, params.triangle_capacity] = target.capacity;
+        let [from, size] = [target.window, target.capacity]
+            .map(|items| [0, 1].map(|i| u64::from(items[i]) * Target::BYTES[i]));
+        for batch in 0..space.plan.batches {
+            params.first_slot = batch * space.plan.batch_slots;
+            let uniform = self.uniform(&params);
+            let mut bindings = space.bindings(self, &uniform);
+            bindings.set_window(b::VERTICES, &target.mesh.vertices, from[0], size[0]);
+            bindings.set_window(b::INDICES, &target.mesh.indices, from[1], size[1]);
+            let offset = 24 * u64::from(batch) + 12;
+            if space.plan.batches > 1 {
+                // The batch's samples were overwritten by later batches.
+                self.encode_sample(space, encoder, &bindings, offset, timer);
+            }
+            let mut pass = timer.pass(encoder, "emit", at::EMIT);
+            space.kernels.emit.encode(&self.gpu, &mut pass, &bindings, &space.dispatches, offset);
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Removing the triangles that marching cubes leaves where a sample equals the iso value.
+
+use rayon::prelude::*;
+
+use super::check::{is_degenerate, join, root, unused};
+use super::{Mesh, stitch};
+
+/// What [`Mesh::remove_degenerate`] took away.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Removed {
+    /// Triangles fewer than before.
+    pub triangles: usize,
+    /// Vertices fewer than before; 0 where splitting made more than contraction saved.
+    pub vertices: usize,
+}
+
+impl Mesh {
+    /// Triangles that repeat a vertex or have no area: [`Report::degenerate_triangles`] without the
+    /// rest of the check.
+    ///
+    /// [`Report::degenerate_triangles`]: super::check::Report::degenerate_triangles
+    pub fn degenerate_count(&self) -> usize {
+        self.triangles.par_iter().filter(|&&triangle| is_degenerate(&self.vertices, triangle)).count()
+    }
+
+    /// Contracts zero-length edges and removes the triangles that collapse with them.
+    ///
+    /// Marching cubes puts several vertices on one grid point when its sample equals the iso value. The
+    /// vertices that edges of no length connect become one, with the normalised sum of their normals
+    /// (the first's where that is zero); vertices that merely lie at the same place stay apart, so
+    /// coincident sheets do not grow together. Then:
+    ///
+    /// * triangles that repeat a vertex go, and so do pairs of opposite triangles that contraction laid
+    ///   onto the same three vertices: a sheet without thickness;
+    /// * where the surface now touches itself in a point or along an edge, the vertices there are
+    ///   split, so that a mesh that was manifold and consistently wound stays so. A neck pinched flat
+    ///   into an edge is cut through (the genus falls), which moves nothing;
+    /// * unused vertices go. What remains keeps its order.
+    ///
+    /// A closed mesh stays closed, no vertex moves, and the enclosed volume stays. The result has no
+    /// edges of no length, hence no triangle with coincident corners; a triangle with three *different*
+    /// collinear corners stays, since removing it would take moving a vertex. A second run changes
+    /// nothing. A mesh with a bad index is left as it is. A mesh that was non-manifold before may stay
+    /// so: [`check`](Mesh::check) tells.
+    pub fn remove_degenerate(&mut self) -> Removed {
+        let count = self.vertices.len();
+        if self.triangles.par_iter().flatten().any(|&v| v as usize >= count) {
+            return Removed::default();
+        }
+        let before = (self.triangles.len(), count);
+        let coincident: Vec<(u32, u32)> = self
+            .triangles
+            .par_iter()
+            .flat_map_iter(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+            .filter(|&(a, b)| {
+                a != b && self.vertices[a as usize].position == self.vertices[b as usize].position
+            })
+            .collect();
+        let repeats = |&[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
+        // Most meshes have nothing to remove, and need no copy to know it.
+        if coincident.is_empty() && !self.triangles.par_iter().any(repeats) && unused(self) == 0 {
+            return Removed::default();
+        }
+        let mut parent: Vec<u32> = (0..count as u32).collect();
+        for &(a, b) in &coincident {
+            join(&mut parent, a, b);
+        }
+        for v in 0..count as u32 {
+            parent[v as usize] = root(&mut parent, v);
+        }
+        *self = stitch::contract(self, &parent);
+        Removed {
+            triangles: before.0 - self.triangles.len(),
+            vertices: before.1.saturating_sub(self.vertices.len()),
+        }
+    }
+}

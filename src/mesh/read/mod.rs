@@ -1,0 +1,123 @@
+//! Reading mesh files: OFF, OBJ, PLY, STL and GLB, chosen by the ending of the path.
+//!
+//! Vertices and triangles keep the file's order, so that numbers in a [`Report`](super::check::Report)
+//! are those of the file (STL files have no vertex numbers, and polygons become several triangles).
+//! Files are data from outside: damaged ones give errors, and what a header promises is compared with
+//! the size of the file before memory is set aside for it.
+
+mod glb;
+mod obj;
+mod off;
+mod ply;
+mod stl;
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use super::Mesh;
+use super::write::ending;
+
+/// Why a mesh file was not read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The ending of the path stands for no known format.
+    #[error(
+        "{}: not a mesh file ending; .off, .obj, .ply, .stl and .glb files can be read.",
+        path.display()
+    )]
+    UnknownEnding {
+        /// The path asked for.
+        path: PathBuf,
+    },
+    /// The file cannot be opened or read.
+    #[error("{}: cannot read: {source}.", path.display())]
+    Io {
+        /// The path asked for.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The file is damaged, cut short, of another format than its ending says, or uses a part of the
+    /// format that is not supported.
+    #[error("{}{}: {what}.", path.display(), line.map_or(String::new(), |line| format!(", line {line}")))]
+    Malformed {
+        /// The path asked for.
+        path: PathBuf,
+        /// The line, from 1, where there are lines and it is known.
+        line: Option<usize>,
+        /// What is wrong, naming the vertex or face (numbered from 0) where there is one.
+        what: String,
+    },
+}
+
+/// What is wrong with the contents of a file.
+#[derive(Debug)]
+struct Fault {
+    line: Option<usize>,
+    what: String,
+}
+
+impl Fault {
+    fn new(what: impl Into<String>) -> Self {
+        Fault { line: None, what: what.into() }
+    }
+
+    fn at(line: usize, what: impl Into<String>) -> Self {
+        Fault { line: Some(line), what: what.into() }
+    }
+}
+
+/// Reads a mesh in the format that the ending of `path` stands for.
+///
+/// * Polygons are cut into triangles as fans from their first corner; points and lines are left out.
+/// * Normals are taken from the file where it has them, and zero elsewhere. An OBJ vertex with different
+///   normals in different faces gets their normalised sum.
+/// * STL triangles are welded by position ([`Mesh::weld`]).
+/// * The meshes of a GLB scene are placed as its nodes say and put one after the other.
+///
+/// # Errors
+///
+/// [`ReadError`]; each message names the file and, where known, the line.
+pub fn read(path: &Path) -> Result<Mesh, ReadError> {
+    let format = ending(path).ok_or_else(|| ReadError::UnknownEnding { path: path.into() })?;
+    let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
+    let mesh = match format {
+        "off" => off::parse(&bytes),
+        "obj" => obj::parse(&bytes),
+        "ply" => ply::parse(&bytes),
+        "stl" => stl::parse(bytes),
+        _ => glb::parse(&bytes),
+    };
+    mesh.map_err(|Fault { line, what }| ReadError::Malformed { path: path.into(), line, what })
+}
+
+/// Cuts a polygon into a fan of triangles; fewer than three corners make none.
+fn fan(triangles: &mut Vec<[u32; 3]>, corners: &[u32]) {
+    if let [first, rest @ ..] = corners {
+        triangles.extend(rest.windows(2).map(|side| [*first, side[0], side[1]]));
+    }
+}
+
+/// The text of a file. Bytes that are not UTF-8 occur in comments, and are an error only if not there.
+fn text(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
+    String::from_utf8_lossy(bytes)
+}
+
+/// Three numbers, and the words after them.
+fn three<'a>(words: &mut impl Iterator<Item = &'a str>, line: usize) -> Result<[f32; 3], Fault> {
+    let mut numbers = [0.0; 3];
+    for number in &mut numbers {
+        let word = words.next().ok_or_else(|| Fault::at(line, "three numbers expected, found fewer"))?;
+        *number = word.parse().map_err(|_| Fault::at(line, format!("{word:?} is not a number")))?;
+    }
+    Ok(numbers)
+}
+
+/// A vertex count that u32 indices can reach.
+fn countable(vertices: usize) -> Result<(), Fault> {
+    if vertices < u32::MAX as usize {
+        return Ok(());
+    }
+    Err(Fault::new(format!("{vertices} vertices are more than 32-bit indices can number")))
+}

@@ -1,0 +1,267 @@
+//! Mesh files: OFF, OBJ, PLY, STL and GLB, chosen by the ending of the path.
+//!
+//! A file appears whole or not at all: it is written under a temporary name in its own folder and
+//! renamed at the end, which replaces an older file of that name. (A killed process may leave the
+//! temporary file, `.isoforge-*`; no half file ever has the name asked for.) Coordinates go out as they
+//! are, in world units, without any change of axes.
+
+mod glb;
+mod obj;
+mod off;
+mod ply;
+mod stl;
+
+use std::fs;
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use tempfile::NamedTempFile;
+
+use super::{Mesh, Vertex};
+
+/// The endings [`write()`] and [`read`](super::read::read) know, in lower case; case does not matter.
+pub const ENDINGS: [&str; 5] = ["off", "obj", "ply", "stl", "glb"];
+
+/// Why a mesh was not written. Nothing is left behind then, and an older file of that name stays.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// The ending of the path stands for no known format.
+    #[error(
+        "{}: not a mesh file ending; name the file .off, .obj, .ply, .stl or .glb, which chooses the format.",
+        path.display()
+    )]
+    UnknownEnding {
+        /// The path asked for.
+        path: PathBuf,
+    },
+    /// The folder the file should go into does not exist.
+    #[error("{}: there is no folder {}; create it, or write elsewhere.", path.display(), folder.display())]
+    FolderMissing {
+        /// The path asked for.
+        path: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// The path is a folder, or what should be its folder is a file.
+    #[error("{}: {} is in the way; choose another name.", path.display(), what)]
+    InTheWay {
+        /// The path asked for.
+        path: PathBuf,
+        /// What stands where.
+        what: String,
+    },
+    /// The folder may not be written to.
+    #[error(
+        "{}: no file can be made in the folder {} ({source}); allow writing there, or write elsewhere.",
+        path.display(), folder.display()
+    )]
+    NotWritable {
+        /// The path asked for.
+        path: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The disk or a quota is full, or its file system takes no file of this size.
+    #[error("{}: no room for the file ({source}); make room, or write elsewhere.", path.display())]
+    Full {
+        /// The path asked for.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The format cannot hold a mesh of this size.
+    #[error("{}: {what}; write .ply, .obj or .off, or a coarser mesh.", path.display())]
+    TooLarge {
+        /// The path asked for.
+        path: PathBuf,
+        /// The limit.
+        what: String,
+    },
+    /// A triangle names a vertex that does not exist.
+    #[error(
+        "{}: triangle {triangle} names vertex {vertex}, but the mesh has {vertices}; the mesh is broken.",
+        path.display()
+    )]
+    BadIndex {
+        /// The path asked for.
+        path: PathBuf,
+        /// The first such triangle, from 0.
+        triangle: usize,
+        /// The vertex it names, from 0.
+        vertex: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// Writing failed in another way.
+    #[error("{}: cannot write: {source}.", path.display())]
+    Io {
+        /// The path asked for.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+/// Whether the path ends in one of [`ENDINGS`].
+pub fn is_mesh_ending(path: &Path) -> bool {
+    ending(path).is_some()
+}
+
+/// The ending as it stands in [`ENDINGS`].
+pub(super) fn ending(path: &Path) -> Option<&'static str> {
+    let found = path.extension()?.to_str()?;
+    ENDINGS.into_iter().find(|known| known.eq_ignore_ascii_case(found))
+}
+
+/// Refuses a path that [`write()`] could not write to now: unknown ending, no folder, or a folder that
+/// takes no files. Meant for before long work; leaves nothing behind.
+///
+/// # Errors
+///
+/// As [`write()`], without what depends on the mesh.
+pub fn check_target(path: &Path) -> Result<(), WriteError> {
+    ending(path).ok_or_else(|| WriteError::UnknownEnding { path: path.into() })?;
+    temporary(path, &target(path)).map(drop)
+}
+
+/// Writes a mesh in the format that the ending of `path` stands for; returns the size in bytes.
+///
+/// | ending | what |
+/// |---|---|
+/// | `.off` | text; positions only, in digits that read back to the same bits |
+/// | `.obj` | text; positions and normals |
+/// | `.ply` | little-endian binary; positions and normals |
+/// | `.stl` | binary; unconnected triangles with facet normals |
+/// | `.glb` | glTF 2.0 binary; positions, and normals where there are any. glTF viewers take the unit as a metre and y as up |
+///
+/// # Errors
+///
+/// [`WriteError`]; each message names the path and what to do.
+pub fn write(mesh: &Mesh, path: &Path) -> Result<u64, WriteError> {
+    let format = ending(path).ok_or_else(|| WriteError::UnknownEnding { path: path.into() })?;
+    let vertices = mesh.vertices.len();
+    let bad = |t: &[u32; 3]| t.iter().any(|&v| v as usize >= vertices);
+    if let Some(triangle) = mesh.triangles.par_iter().position_first(bad) {
+        let vertex = mesh.triangles[triangle].into_iter().max().unwrap_or(0);
+        return Err(WriteError::BadIndex { path: path.into(), triangle, vertex, vertices });
+    }
+    let too_large = |what: String| WriteError::TooLarge { path: path.into(), what };
+    match format {
+        "stl" => stl::fits(mesh).map_err(too_large)?,
+        "glb" => glb::fits(mesh).map_err(too_large)?,
+        _ => {}
+    }
+
+    let target = target(path);
+    let mut file = temporary(path, &target)?;
+    let failed = |source: io::Error| match source.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            WriteError::Full { path: path.into(), source }
+        }
+        _ => WriteError::Io { path: path.into(), source },
+    };
+    let mut out = Counted { inner: BufWriter::with_capacity(1 << 20, file.as_file_mut()), bytes: 0 };
+    let done = match format {
+        "off" => off::write(mesh, &mut out),
+        "obj" => obj::write(mesh, &mut out),
+        "ply" => ply::write(mesh, &mut out),
+        "stl" => stl::write(mesh, &mut out),
+        _ => glb::write(mesh, &mut out),
+    };
+    done.and_then(|()| out.flush()).map_err(failed)?;
+    let bytes = out.bytes;
+    drop(out);
+    if let Ok(older) = fs::metadata(&target) {
+        // Replacing a file keeps who may read it. Where that is not allowed the new file is as any new one.
+        let _ = file.as_file().set_permissions(older.permissions());
+    }
+    file.persist(&target).map_err(|error| failed(error.error))?;
+    Ok(bytes)
+}
+
+/// Where the file goes: through a symbolic link to what it points to.
+fn target(path: &Path) -> PathBuf {
+    if path.is_symlink() { fs::canonicalize(path).unwrap_or_else(|_| path.into()) } else { path.into() }
+}
+
+/// A file in the folder of `target`, removed again on drop.
+fn temporary(path: &Path, target: &Path) -> Result<NamedTempFile, WriteError> {
+    let folder = match target.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    if target.is_dir() {
+        return Err(WriteError::InTheWay { path: path.into(), what: "a folder of that name".into() });
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".isoforge-");
+    // The umask takes away from these, as for any file; tempfile by itself keeps others out.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder).map_err(|source| {
+        let (path, folder) = (PathBuf::from(path), PathBuf::from(folder));
+        match source.kind() {
+            ErrorKind::NotFound => WriteError::FolderMissing { path, folder },
+            ErrorKind::NotADirectory => {
+                WriteError::InTheWay { path, what: format!("the file {}", folder.display()) }
+            }
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => WriteError::Full { path, source },
+            _ => WriteError::NotWritable { path, folder, source },
+        }
+    })
+}
+
+struct Counted<W> {
+    inner: W,
+    bytes: u64,
+}
+
+impl<W: Write> Write for Counted<W> {
+    fn write(&mut self, data: &[u8]) -> io::Result<usize> {
+        let written = self.inner.write(data)?;
+        self.bytes += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+/// Formats items on all cores and writes them in order, holding a bounded part of the file at a time.
+fn in_chunks<T: Sync>(
+    out: &mut impl Write,
+    items: &[T],
+    format: impl Fn(&mut Vec<u8>, &T) -> io::Result<()> + Sync,
+) -> io::Result<()> {
+    const CHUNK: usize = 1 << 13;
+    let buffers = 4 * rayon::current_num_threads();
+    let mut filled: Vec<Vec<u8>> = vec![Vec::new(); buffers];
+    for batch in items.chunks(buffers * CHUNK) {
+        filled.par_iter_mut().zip(batch.par_chunks(CHUNK)).try_for_each(|(buffer, chunk)| {
+            buffer.clear();
+            chunk.iter().try_for_each(|item| format(buffer, item))
+        })?;
+        for buffer in &filled[..batch.len().div_ceil(CHUNK)] {
+            out.write_all(buffer)?;
+        }
+    }
+    Ok(())
+}
+
+/// Positions and normals as little-endian floats, 24 bytes a vertex.
+fn vertices_le(out: &mut impl Write, vertices: &[Vertex]) -> io::Result<()> {
+    if cfg!(target_endian = "little") {
+        return out.write_all(bytemuck::cast_slice(vertices));
+    }
+    in_chunks(out, vertices, |buffer, v| floats_le(buffer, v.position.iter().chain(&v.normal)))
+}
+
+fn floats_le<'a>(buffer: &mut Vec<u8>, floats: impl IntoIterator<Item = &'a f32>) -> io::Result<()> {
+    floats.into_iter().for_each(|x| buffer.extend_from_slice(&x.to_le_bytes()));
+    Ok(())
+}

@@ -1,0 +1,10 @@
+//! The program from outside: what it writes, what it says, and how it exits.
+
+#[path = "cli/bad_input.rs"]
+mod bad_input;
+#[path = "cli/extract.rs"]
+mod extract;
+#[path = "cli/other.rs"]
+mod other;
+#[path = "cli/program.rs"]
+mod program;

@@ -1,0 +1,149 @@
+//! Every bad input: an error that names the thing and the remedy, the right exit code, no file left.
+
+use super::program::{cpu_alone, files, folder, isoforge, volume};
+
+/// Runs `args` in a folder with `given` files; demands the code, the words in the message, one paragraph,
+/// no panic, and no new file.
+fn refused_with(given: &[(&str, &[u8])], args: &[&str], code: i32, words: &[&str]) {
+    let here = folder();
+    for (name, bytes) in given {
+        std::fs::write(here.path().join(name), bytes).expect("a file");
+    }
+    let before = files(here.path());
+    let run = isoforge(here.path(), args);
+    assert_eq!(run.code, Some(code), "{args:?}: {}{}", run.out, run.err);
+    for word in words {
+        assert!(run.err.contains(word), "{args:?}: `{word}` is not in: {}", run.err);
+    }
+    assert!(!run.err.contains("panicked"), "{args:?}: {}", run.err);
+    assert_eq!(files(here.path()), before, "{args:?} leaves nothing behind");
+}
+
+fn refused(args: &[&str], code: i32, words: &[&str]) {
+    refused_with(&[], args, code, words);
+}
+
+#[test]
+fn names_and_endings() {
+    refused(&["extract", "sphree", "-o", "a.ply"], 2, &["sphree", "sphere, octahedron, cube, torus"]);
+    refused(&["extract", "sphere", "-o", "a.xyz"], 2, &["a.xyz", ".ply"]);
+    refused(&["extract", "sphere", "--png", "a.jpg"], 2, &["a.jpg", ".png"]);
+    refused(&["extract", "scan.dcm", "-o", "a.ply"], 2, &["scan.dcm", ".nii"]);
+    refused(&["extract", "torus", "--param", "q=1"], 2, &["`q`", "isoforge fields"]);
+    refused(&["extract", "torus", "--param", "R=nan"], 2, &["R", "NaN"]);
+    refused(&["check", "a.xyz"], 2, &["a.xyz", "ply"]);
+    refused(&["check", "missing.ply"], 1, &["missing.ply"]);
+}
+
+#[test]
+fn numbers() {
+    refused(&["extract", "sphere", "-n", "0"], 2, &["-n", "0 cells", "1 to"]);
+    refused(&["extract", "sphere", "-n", "4000000000"], 2, &["-n", "1 to"]);
+    refused(&["extract", "sphere", "-n", "-5"], 2, &["--cells"]);
+    refused(&["extract", "sphere", "-n", "1000000", "--backend", "cpu"], 1, &["bricks", "coarsen"]);
+    refused(
+        &["extract", "sphere", "-n", "9000", "--backend", "cpu", "--memory-budget", "1G"],
+        1,
+        &["budget", "1073741824"],
+    );
+    refused(&["extract", "sphere", "-L", "0"], 2, &["-L 0"]);
+    refused(&["extract", "sphere", "-L", "-1"], 2, &["-L -1"]);
+    refused(&["extract", "sphere", "-L", "nan"], 2, &["-L"]);
+    refused(&["extract", "sphere", "-I", "x"], 2, &["--iso", "x"]);
+    refused(&["extract", "sphere", "-I", "nan"], 2, &["finite"]);
+    refused(&["extract", "sphere", "-I", "inf"], 2, &["finite"]);
+    refused(&["extract", "sphere", "--bounds", "0,0,0,1,1,inf"], 2, &["--bounds", "finite"]);
+    refused(&["extract", "sphere", "--bounds", "0,0,0,1,1,NaN"], 2, &["--bounds", "finite"]);
+    refused(&["extract", "sphere", "--bounds", "0,0,0,1,1,0"], 2, &["--bounds"]);
+    refused(&["extract", "sphere", "--size", "0x10", "--png", "a.png"], 2, &["0"]);
+    refused(&["extract", "sphere", "--size", "99999x10", "--png", "a.png"], 2, &["99999"]);
+    refused(&["extract", "sphere", "--fov", "200", "--png", "a.png"], 2, &["200"]);
+}
+
+#[test]
+fn volumes() {
+    let good = std::fs::read(volume()).expect("the volume");
+    refused(&["extract", "missing.nii.gz", "-I", "1"], 1, &["missing.nii.gz"]);
+    refused_with(
+        &[("a.nii.gz", &good[..good.len() / 2])],
+        &["extract", "a.nii.gz", "-I", "1"],
+        1,
+        &["a.nii.gz"],
+    );
+    refused_with(&[("a.tif", b"II*\0junkjunkjunk")], &["extract", "a.tif", "-I", "1"], 1, &["a.tif"]);
+    refused_with(
+        &[("a.nrrd", b"NRRD0004\ntype: float\n\n")],
+        &["extract", "a.nrrd", "-I", "1"],
+        1,
+        &["a.nrrd"],
+    );
+    refused_with(
+        &[("a.raw", &[0; 7])],
+        &["extract", "a.raw", "--dims", "2,2,2", "--type", "u8", "-I", "1"],
+        1,
+        &["a.raw"],
+    );
+    refused_with(&[("a.raw", &[0; 8])], &["extract", "a.raw", "-I", "1"], 2, &["a.raw", "--dims"]);
+    refused_with(&[("a.nii.gz", &good)], &["extract", "a.nii.gz"], 2, &["-I", "values run from"]);
+    refused_with(
+        &[("a.nii.gz", &good)],
+        &["extract", "a.nii.gz", "-I", "1", "-n", "9"],
+        2,
+        &["-n", "own grid"],
+    );
+}
+
+#[test]
+fn user_functions() {
+    let wrong = b"fn density(p: vec3<f32>) -> f32 {\n    return lenght(p);\n}\n";
+    refused_with(&[("a.wgsl", wrong)], &["extract", "a.wgsl"], 1, &["a.wgsl:2:12", "lenght", "^"]);
+    let vector = b"fn density(p: vec3<f32>) -> vec3<f32> { return p; }\n";
+    refused_with(
+        &[("a.wgsl", vector)],
+        &["extract", "a.wgsl"],
+        1,
+        &["signature", "fn density(p: vec3<f32>) -> f32"],
+    );
+    refused(&["extract", "missing.wgsl"], 1, &["missing.wgsl"]);
+    let good = b"fn density(p: vec3<f32>) -> f32 { return p.x; }\n";
+    refused_with(
+        &[("a.wgsl", good)],
+        &["extract", "a.wgsl", "--backend", "cpu", "-o", "a.ply"],
+        1,
+        &["--backend gpu"],
+    );
+    if !cpu_alone() {
+        let endless = b"fn density(p: vec3<f32>) -> f32 {\n var s = p.x;\n loop { if s > 1e30 { break; } }\n return s; }\n";
+        refused_with(
+            &[("a.wgsl", endless)],
+            &["extract", "a.wgsl", "-n", "8", "-o", "a.ply"],
+            1,
+            &["loop", "iterations"],
+        );
+    }
+}
+
+#[test]
+fn targets() {
+    refused(&["extract", "sphere", "-n", "8", "-o", "no/such/a.ply"], 1, &["no/such"]);
+    refused(&["extract", "sphere", "-n", "8", "--png", "no/such/a.png"], 1, &["no/such"]);
+    refused(&["extract", "sphere", "-n", "8", "--stats", "no/such/a.json"], 1, &["no/such"]);
+    refused_with(&[("plain", b"x")], &["extract", "sphere", "-n", "8", "-o", "plain/a.ply"], 1, &["plain"]);
+}
+
+#[test]
+fn no_adapter() {
+    let here = folder();
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_isoforge"))
+        .args(["extract", "sphere", "-n", "8", "-o", "a.ply", "--backend", "gpu"])
+        .env("WGPU_BACKEND", "noop")
+        .env("VK_DRIVER_FILES", "none")
+        .env("VK_ICD_FILENAMES", "none")
+        .current_dir(here.path())
+        .output()
+        .expect("the program starts");
+    let err = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    assert!(err.contains("no GPU adapter") && err.contains("CPU"), "{err}");
+    assert!(files(here.path()).is_empty());
+}

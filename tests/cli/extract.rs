@@ -1,0 +1,224 @@
+//! `isoforge extract`.
+
+use super::program::{cpu_alone, done, files, folder, volume};
+use serde_json::Value;
+
+#[test]
+fn writes_every_format_and_a_picture_on_both_backends() {
+    let here = folder();
+    for backend in ["cpu", "gpu"].into_iter().take(if cpu_alone() { 1 } else { 2 }) {
+        for format in ["off", "obj", "ply", "stl", "glb"] {
+            let (file, picture) = (format!("{backend}.{format}"), format!("{backend}.png"));
+            done(
+                here.path(),
+                &[
+                    "extract",
+                    "torus",
+                    "-L",
+                    "1.5",
+                    "-n",
+                    "24",
+                    "-I",
+                    "0",
+                    "-o",
+                    &file,
+                    "--png",
+                    &picture,
+                    "--size",
+                    "160x120",
+                    "--backend",
+                    backend,
+                ],
+            );
+            let check = done(here.path(), &["check", &file, "--json"]);
+            let report: Value = serde_json::from_str(&check.out).expect("one JSON object");
+            assert_eq!(report["boundary_edges"], 0, "{file}");
+            assert_eq!(report["genus"], 1, "{file}");
+            let image = image::open(here.path().join(&picture)).expect("a picture").to_rgb8();
+            assert_eq!(image.dimensions(), (160, 120));
+            assert_ne!(image.get_pixel(80, 75), image.get_pixel(0, 0), "something is drawn");
+        }
+    }
+    if !cpu_alone() {
+        let bytes = |name| std::fs::read(here.path().join(name)).expect("a file");
+        assert!(bytes("cpu.ply") == bytes("gpu.ply"), "both backends give the same file");
+    }
+}
+
+#[test]
+fn stats_have_their_keys() {
+    let here = folder();
+    let volume = volume();
+    let run = done(
+        here.path(),
+        &["extract", volume.to_str().expect("UTF-8"), "-I", "40", "--stats", "-", "-o", "a.ply"],
+    );
+    let stats: Value = serde_json::from_str(&run.out).expect("one JSON object and nothing else");
+    let keys = [
+        "vertices",
+        "triangles",
+        "bricks",
+        "active_bricks",
+        "non_finite_samples",
+        "backend",
+        "adapter",
+        "peak_bytes",
+        "seconds",
+    ];
+    for key in keys {
+        assert!(stats.get(key).is_some(), "{key}");
+    }
+    for key in ["read", "upload", "cull", "sample", "classify", "scan", "emit", "readback", "write", "total"]
+    {
+        assert!(stats["seconds"].get(key).is_some(), "seconds.{key}");
+    }
+    assert!(stats["triangles"].as_u64().expect("a number") > 0);
+    assert!(stats["seconds"]["read"].as_f64().expect("a number") > 0.0);
+    done(here.path(), &["extract", "sphere", "-n", "8", "--stats", "s.json", "--quiet"]);
+    assert!(
+        std::fs::read_to_string(here.path().join("s.json")).expect("the file").starts_with("{\"vertices\":")
+    );
+}
+
+#[test]
+fn quiet_is_quiet_and_a_note_names_the_backend() {
+    let here = folder();
+    let quiet = done(here.path(), &["extract", "sphere", "-n", "8", "--backend", "cpu", "-q", "-o", "a.off"]);
+    assert_eq!((quiet.out.as_str(), quiet.err.as_str()), ("", ""));
+    let loud = done(here.path(), &["extract", "sphere", "-n", "8", "-o", "a.off"]);
+    assert!(loud.err.contains("CPU") || loud.err.contains("GPU"), "{}", loud.err);
+    assert_eq!(loud.err.lines().count(), if loud.err.contains("no GPU") { 2 } else { 1 });
+}
+
+#[test]
+fn an_empty_mesh_is_a_warning_with_the_range() {
+    let here = folder();
+    for backend in ["cpu", "gpu"].into_iter().take(if cpu_alone() { 1 } else { 2 }) {
+        let args = [
+            "extract",
+            "sphere",
+            "-L",
+            "2",
+            "-n",
+            "16",
+            "-I",
+            "9",
+            "-o",
+            "e.glb",
+            "--png",
+            "e.png",
+            "--backend",
+            backend,
+        ];
+        let run = done(here.path(), &args);
+        assert!(run.err.contains("empty") && run.err.contains("from 0 to 3.46"), "{}", run.err);
+        assert_eq!(files(here.path()), ["e.glb", "e.png"]);
+    }
+}
+
+#[test]
+fn ties_are_counted_and_removed() {
+    let here = folder();
+    // Samples lie on the octahedron's faces exactly, and several edges end at each of them.
+    let args = [
+        "extract",
+        "octahedron",
+        "-L",
+        "2",
+        "-n",
+        "8",
+        "-I",
+        "1",
+        "--backend",
+        "cpu",
+        "--stats",
+        "-",
+        "-o",
+        "c.off",
+    ];
+    let count = |args: &[&str]| -> (u64, u64) {
+        let stats: Value = serde_json::from_str(&done(here.path(), args).out).expect("JSON");
+        (
+            stats["degenerate_triangles"].as_u64().expect("a count"),
+            stats["removed_triangles"].as_u64().expect("a count"),
+        )
+    };
+    let (degenerate, removed) = count(&args);
+    assert!(degenerate > 0 && removed == 0);
+    assert_eq!(count(&[&args[..], &["--no-degenerate"]].concat()), (0, degenerate));
+    let check = done(here.path(), &["check", "c.off", "--strict"]);
+    assert!(check.out.contains("Euler number            2"), "{}", check.out);
+}
+
+#[test]
+fn raw_volumes_and_parameters() {
+    let here = folder();
+    let mut bytes = vec![0xffu8; 3];
+    for i in 0..6u16 * 5 * 4 {
+        let (x, y, z) = (i % 6, i / 6 % 5, i / 30);
+        let inside = (2..4).contains(&x) && y == 2 && (1..3).contains(&z);
+        bytes.extend((if inside { 1000u16 } else { 0 }).to_be_bytes());
+    }
+    std::fs::write(here.path().join("a.raw"), bytes).expect("a file");
+    done(
+        here.path(),
+        &[
+            "extract",
+            "a.raw",
+            "--dims",
+            "6,5,4",
+            "--type",
+            "u16",
+            "--endian",
+            "big",
+            "--skip-bytes",
+            "3",
+            "--spacing",
+            "2,1,1",
+            "--origin",
+            "-10,0,0",
+            "-I",
+            "500",
+            "-o",
+            "a.ply",
+            "--backend",
+            "cpu",
+        ],
+    );
+    let report: Value =
+        serde_json::from_str(&done(here.path(), &["check", "a.ply", "--json"]).out).expect("JSON");
+    assert_eq!(report["bounds"], serde_json::json!([[-7.0, 1.5, 0.5], [-3.0, 2.5, 2.5]]));
+    let args = [
+        "extract",
+        "torus",
+        "--param",
+        "R=0.5",
+        "--param",
+        "r=0.25",
+        "-n",
+        "32",
+        "-o",
+        "t.ply",
+        "--backend",
+        "cpu",
+    ];
+    done(here.path(), &args);
+    let report: Value =
+        serde_json::from_str(&done(here.path(), &["check", "t.ply", "--json"]).out).expect("JSON");
+    assert!((report["bounds"][1][0].as_f64().expect("a number") - 0.75).abs() < 0.02);
+}
+
+#[test]
+fn a_user_function_is_meshed() {
+    if cpu_alone() {
+        return;
+    }
+    let here = folder();
+    let source = "fn is_inside(p: vec3<f32>) -> f32 { return length(p) - 1.0; }\n\
+                  fn density(p: vec3<f32>) -> f32 { return is_inside(p); }\n";
+    std::fs::write(here.path().join("ball.wgsl"), source).expect("a file");
+    done(here.path(), &["extract", "ball.wgsl", "-n", "20", "-o", "ball.ply"]);
+    let report: Value =
+        serde_json::from_str(&done(here.path(), &["check", "ball.ply", "--json"]).out).expect("JSON");
+    assert!((report["volume"].as_f64().expect("a number") - 4.19).abs() < 0.1, "{report}");
+}

@@ -1,0 +1,64 @@
+//! `info`, `fields`, `check`, `compare`, help.
+
+use super::program::{cpu_alone, done, folder, isoforge, volume};
+use serde_json::Value;
+
+#[test]
+fn fields_and_info_list() {
+    let here = folder();
+    let fields = done(here.path(), &["fields"]).out;
+    for word in ["sphere", "octahedron", "cube", "torus", "gyroid", "--param R=", "period"] {
+        assert!(fields.contains(word), "{word}");
+    }
+    let info = done(here.path(), &["info"]).out;
+    assert!(info.contains("threads") && (cpu_alone() || info.contains("largest storage binding")), "{info}");
+    assert!(done(here.path(), &["--help"]).out.contains("extract"));
+    assert_eq!(isoforge(here.path(), &["frobnicate"]).code, Some(2));
+    assert_eq!(isoforge(here.path(), &[]).code, Some(2));
+}
+
+#[test]
+fn strict_check_finds_a_hole() {
+    let here = folder();
+    std::fs::write(here.path().join("a.off"), "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").expect("a file");
+    assert_eq!(isoforge(here.path(), &["check", "a.off"]).code, Some(0));
+    let strict = isoforge(here.path(), &["check", "a.off", "--strict"]);
+    assert_eq!(strict.code, Some(1));
+    assert!(strict.out.contains("boundary edge: vertices 0, 1"), "{}", strict.out);
+    let json: Value =
+        serde_json::from_str(&done(here.path(), &["check", "a.off", "--json"]).out).expect("JSON");
+    let keys = [
+        "vertices",
+        "triangles",
+        "boundary_edges",
+        "non_manifold_edges",
+        "non_manifold_vertices",
+        "misoriented_edges",
+        "degenerate_triangles",
+        "duplicate_triangles",
+        "components",
+        "euler",
+        "genus",
+        "area",
+        "volume",
+        "bounds",
+    ];
+    for key in keys {
+        assert!(json.get(key).is_some(), "{key}");
+    }
+    assert_eq!(
+        (&json["boundary_edges"], &json["euler"], &json["genus"]),
+        (&3.into(), &1.into(), &Value::Null)
+    );
+}
+
+#[test]
+fn compare_agrees() {
+    if cpu_alone() {
+        return;
+    }
+    let here = folder();
+    let run = done(here.path(), &["compare", "torus", "-n", "24"]);
+    assert!(run.out.contains("equal bit for bit") && !run.out.contains("DISAGREES"), "{}", run.out);
+    done(here.path(), &["compare", volume().to_str().expect("UTF-8"), "-I", "40"]);
+}

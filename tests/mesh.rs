@@ -1,0 +1,14 @@
+//! The mesh checker, clean-up, and files, from outside.
+
+#[path = "mesh/check.rs"]
+mod check;
+#[path = "mesh/clean.rs"]
+mod clean;
+#[path = "mesh/damage.rs"]
+mod damage;
+#[path = "mesh/formats.rs"]
+mod formats;
+#[path = "mesh/shapes.rs"]
+mod shapes;
+#[path = "mesh/targets.rs"]
+mod targets;
