@@ -69,9 +69,10 @@ fn classify(
 
 // Which owned points of the row are NaN or infinite.
 fn not_finite_row(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {
+    let row = row_start(slot, origin, y, z);
     var odd = 0u;
     for (var x = 0u; x < 8u; x++) {
-        odd |= u32(!is_finite(sample_bits(slot, origin, vec3<u32>(x, y, z)))) << x;
+        odd |= u32(!is_finite(row_bits(row, origin, x))) << x;
     }
     return odd;
 }

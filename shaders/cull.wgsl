@@ -17,57 +17,43 @@
 const NO_SLOT = 0xffffffffu;
 const MAX_GROUPS = 65535u;
 
-var<workgroup> lows: array<u32, 81>;
-var<workgroup> highs: array<u32, 81>;
-var<workgroup> odd: array<u32, 81>;
-
-@compute @workgroup_size(9, 9)
-fn range(
-    @builtin(local_invocation_id) local: vec3<u32>,
-    @builtin(local_invocation_index) row: u32,
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-) {
-    let index = slot_of(group, groups);
-    let live = index < params.slab_bricks;
-    let origin = brick_origin(params.first_brick + min(index, params.slab_bricks - 1u));
-    // One row of nine along x an invocation. Points past the grid's end repeat the last one.
+// One brick an invocation: no barriers, which software adapters pay dearly for, and a GPU has enough
+// bricks to stay busy while it waits for samples.
+@compute @workgroup_size(64)
+fn range(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let index = params.first_slot + id.y * groups.x * 64u + id.x;
+    if index >= params.slab_bricks {
+        return;
+    }
+    let origin = brick_origin(params.first_brick + index);
     var low = 0xffffffffu;
     var high = 0u;
     var not_finite = 0u;
     var owned = 0u;
-    let point = origin + vec3<u32>(0u, local.xy);
-    let row_owned = local.x < 8u && local.y < 8u && point.y < params.points.y && point.z < params.points.z;
-    for (var x = 0u; x < 9u; x++) {
-        let bits = sample_bits(index, origin, vec3<u32>(x, local.xy));
-        let key = order_key(bits);
-        if is_finite(bits) {
-            low = min(low, key);
-            high = max(high, key);
-        } else {
-            not_finite++;
-            owned += u32(row_owned && x < 8u && origin.x + x < params.points.x);
+    // Points past the grid's end repeat the last one.
+    for (var z = 0u; z < 9u; z++) {
+        for (var y = 0u; y < 9u; y++) {
+            let row = row_start(index, origin, y, z);
+            let row_owned = y < 8u && z < 8u && origin.y + y < params.points.y && origin.z + z < params.points.z;
+            for (var x = 0u; x < 9u; x++) {
+                let bits = row_bits(row, origin, x);
+                let key = order_key(bits);
+                let finite = is_finite(bits);
+                low = select(low, min(low, key), finite);
+                high = select(high, max(high, key), finite);
+                not_finite += u32(!finite);
+                owned += u32(!finite && row_owned && x < 8u && origin.x + x < params.points.x);
+            }
         }
     }
-    if live && owned > 0u && index < params.own_bricks {
+    if owned > 0u && index < params.own_bricks {
         atomicAdd(&work.non_finite, owned);
     }
-    lows[row] = low;
-    highs[row] = high;
-    odd[row] = not_finite;
-    workgroupBarrier();
-    if live && row == 0u {
-        for (var i = 1u; i < 81u; i++) {
-            low = min(low, lows[i]);
-            high = max(high, highs[i]);
-            not_finite += odd[i];
-        }
-        if not_finite > 0u && not_finite < 729u {
-            low = 0u;
-            high = 0xffffffffu;
-        }
-        ranges[index] = vec2<u32>(low, high);
+    if not_finite > 0u && not_finite < 729u {
+        low = 0u;
+        high = 0xffffffffu;
     }
+    ranges[index] = vec2<u32>(low, high);
 }
 
 // Whether a brick with this range can have samples on both sides.

@@ -33,9 +33,10 @@ fn row_shape(origin: vec3<u32>, y: u32, z: u32) -> RowShape {
 }
 
 fn inside_row(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {
+    let row = row_start(slot, origin, y, z);
     var bits = 0u;
     for (var x = 0u; x < 9u; x++) {
-        bits |= u32(is_inside(sample_bits(slot, origin, vec3<u32>(x, y, z)))) << x;
+        bits |= u32(is_inside(row_bits(row, origin, x))) << x;
     }
     return bits;
 }

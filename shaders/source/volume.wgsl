@@ -14,6 +14,17 @@ fn sample_bits(slot: u32, origin: vec3<u32>, local: vec3<u32>) -> u32 {
     return volume_bits(origin + local);
 }
 
+// Where row (y, z) of a brick begins; the last row again past the grid's end.
+fn row_start(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {
+    let p = min(origin.yz + vec2<u32>(y, z), params.points.yz - vec2<u32>(1u));
+    return params.points.x * (p.x + params.points.y * (p.y - params.first_plane));
+}
+
+// Bits of the sample at x (0-8) of that row.
+fn row_bits(row: u32, origin: vec3<u32>, x: u32) -> u32 {
+    return source[row + min(origin.x + x, params.points.x - 1u)];
+}
+
 // Difference along one axis per grid step: central inside, one-sided at the border.
 fn volume_slope(point: vec3<u32>, axis: vec3<u32>, at: u32, last: u32) -> f32 {
     let lower = select(point, point - axis, at > 0u);

@@ -76,7 +76,7 @@ impl PlaneShape {
         // The first `x` points of the first `y` rows.
         let first = |x: usize, y: usize| {
             let rows = if y < 8 { (1 << (8 * y)) - 1 } else { u64::MAX };
-            EACH_ROW * ((1 << x.min(8)) - 1) & rows
+            (EACH_ROW * ((1 << x.min(8)) - 1)) & rows
         };
         let when = |there: bool, mask: u64| if there { mask } else { 0 };
         Self {

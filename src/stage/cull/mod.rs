@@ -37,7 +37,7 @@ impl Range {
 
     /// Builds the ranges of `bricks` bricks from the first slot on.
     pub fn encode(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, bindings: &Bindings<'_>, bricks: u32) {
-        self.0.dispatch(gpu, pass, bindings, bricks);
+        self.0.dispatch(gpu, pass, bindings, bricks.div_ceil(THREADS));
     }
 }
 

@@ -57,8 +57,8 @@ impl Crossings {
 
     #[inline(always)]
     fn set(&mut self, i: usize, owner: [u32; 3], axis: usize, ends: [f32; 2]) {
-        for k in 0..3 {
-            self.owner[k][i] = owner[k] as f32;
+        for (k, &coordinate) in owner.iter().enumerate() {
+            self.owner[k][i] = coordinate as f32;
             self.axis[k][i] = if k == axis { 1.0 } else { 0.0 };
         }
         self.ends[0][i] = ends[0];
