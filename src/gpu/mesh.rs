@@ -105,9 +105,9 @@ impl GpuMesh {
             triangles,
             ..MeshHeader::default()
         };
-        gpu.queue.write_buffer(&on_gpu.vertices, 0, bytemuck::cast_slice(&mesh.vertices));
-        gpu.queue.write_buffer(&on_gpu.indices, 0, bytemuck::cast_slice(&mesh.triangles));
-        gpu.queue.write_buffer(&on_gpu.header, 0, bytemuck::bytes_of(&header));
+        gpu.write(&on_gpu.vertices, bytemuck::cast_slice(&mesh.vertices))?;
+        gpu.write(&on_gpu.indices, bytemuck::cast_slice(&mesh.triangles))?;
+        gpu.write(&on_gpu.header, bytemuck::bytes_of(&header))?;
         Ok(on_gpu)
     }
 

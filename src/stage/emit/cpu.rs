@@ -11,10 +11,26 @@ use crate::stage::samples::Samples;
 use crate::table::Table;
 use glam::{UVec3, Vec3};
 
+/// 2⁻⁹⁰: differences below it are taken of scaled numbers. Some drivers flush results below 2⁻¹²⁶ to zero.
+const SMALL: f32 = f32::from_bits(37 << 23);
+/// 2⁻¹¹⁰: a gradient below it has no direction that every driver agrees on.
+const LEAST_GRADIENT: f32 = f32::from_bits(17 << 23);
+
+/// A small number times 2¹⁰⁰; 0 for those that some drivers take for 0 (below 2⁻¹²⁶).
+#[inline(always)]
+fn scaled(v: f32) -> f32 {
+    if v.is_subnormal() { 0.0 } else { v * f32::from_bits(227 << 23) }
+}
+
 /// Where between the edge's ends the value is iso; in the middle where the ends do not tell.
 #[inline(always)]
 pub fn crossing(iso: f32, a: f32, b: f32) -> f32 {
-    let t = (iso - a) / (b - a);
+    // The ends straddle iso: where they lie this close together, all three are small.
+    let t = if (b - a).abs() < SMALL {
+        (scaled(iso) - scaled(a)) / (scaled(b) - scaled(a))
+    } else {
+        (iso - a) / (b - a)
+    };
     if a.is_finite() && b.is_finite() && t.is_finite() { t.clamp(0.0, 1.0) } else { 0.5 }
 }
 
@@ -26,7 +42,7 @@ fn largest(v: Vec3) -> f32 {
 /// overflowing and underflowing.
 #[inline(always)]
 pub fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
-    let known = largest(v) > 0.0 && v.is_finite();
+    let known = largest(v) >= LEAST_GRADIENT && v.is_finite();
     let w = if known { v } else { fallback };
     let scaled = w / largest(w);
     scaled / ((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z).sqrt()
