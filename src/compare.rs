@@ -9,7 +9,7 @@ use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
 use crate::stage::cull::cpu::{compact, cull, keep_all, range};
-use crate::stage::emit::cpu::{Beside, emit_field_vertices, emit_indices, emit_volume_vertices};
+use crate::stage::emit::cpu::{Beside, EdgeNumbers, emit_field_vertices, emit_indices, emit_volume_vertices};
 use crate::stage::inside::{Inside, order_key};
 use crate::stage::params::Params;
 use crate::stage::sample::cpu::sample;
@@ -325,7 +325,15 @@ fn compare_emit(
             }
         }
         let beside = Beside::new(params, &gpu.slots, &gpu.records, &gpu.offsets, brick);
-        emit_indices(params, &MARCHING_CUBES, inside, &samples, &beside, &mut triangles);
+        emit_indices(
+            params,
+            &MARCHING_CUBES,
+            inside,
+            &samples,
+            &beside,
+            &mut EdgeNumbers::new(),
+            &mut triangles,
+        );
         twin.vertices.append(&mut vertices);
         twin.triangles.append(&mut triangles);
     }

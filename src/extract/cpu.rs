@@ -7,14 +7,13 @@ use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
 use crate::stage::cull::cpu::{compact, cull, keep_all, range};
-use crate::stage::emit::cpu::{Beside, emit_field_vertices, emit_indices, emit_volume_vertices};
+use crate::stage::emit::cpu::{Beside, EdgeNumbers, emit_field_vertices, emit_indices, emit_volume_vertices};
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
 use crate::stage::sample::cpu::sample;
 use crate::stage::samples::Samples;
 use crate::stage::scan::cpu::scan;
 use crate::table::MARCHING_CUBES;
-use bytemuck::Zeroable;
 use glam::UVec3;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -69,7 +68,7 @@ pub fn extract_on_cpu(
     let record_bytes = brick_bytes + active.len() * (size_of::<BrickRecord>() + 8 + 4);
     budget("the records of the active bricks", record_bytes)?;
     let done = Progress::new(progress, active.len());
-    let mut records = vec![BrickRecord::zeroed(); active.len()];
+    let mut records: Vec<BrickRecord> = bytemuck::zeroed_vec(active.len());
     let mut counts = vec![[0; 2]; active.len() + 1];
     let classified = records
         .par_chunks_mut(TASK)
@@ -111,6 +110,7 @@ pub fn extract_on_cpu(
         .into_par_iter()
         .map(|task| {
             let mut scratch = [0.0; SAMPLES_PER_BRICK];
+            let mut numbers = EdgeNumbers::new();
             let (mut vertices, mut triangles) = (task.vertices, task.triangles);
             for slot in task.slots {
                 let size = [0, 1].map(|i| (counts[slot + 1][i] - counts[slot][i]) as usize);
@@ -123,6 +123,16 @@ pub fn extract_on_cpu(
                 let origin = params.brick_origin(active[slot]);
                 let samples = brick_samples(source, &params, origin, &mut scratch)?;
                 let record = &records[slot];
+                let beside = Beside::new(&params, &slots, &records, &counts, active[slot]);
+                emit_indices(
+                    &params,
+                    &MARCHING_CUBES,
+                    inside,
+                    &samples,
+                    &beside,
+                    &mut numbers,
+                    own_triangles,
+                );
                 match source {
                     Source::Volume(volume) => {
                         emit_volume_vertices(&params, inside, volume.values(), origin, record, own_vertices);
@@ -131,8 +141,6 @@ pub fn extract_on_cpu(
                         emit_field_vertices(&params, inside, *field, origin, &samples, record, own_vertices)?;
                     }
                 }
-                let beside = Beside::new(&params, &slots, &records, &counts, active[slot]);
-                emit_indices(&params, &MARCHING_CUBES, inside, &samples, &beside, own_triangles);
             }
             Ok(())
         })

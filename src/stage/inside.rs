@@ -4,6 +4,7 @@
 //! is outside, and so are NaN and both infinities.
 
 use crate::field::Sense;
+use wide::f32x8;
 
 /// A number that orders as the float with these bits does; −0 is +0.
 #[inline(always)]
@@ -42,11 +43,19 @@ impl Inside {
     /// Bit `i` tells whether `row[i]` is inside; at most 16 samples.
     #[inline(always)]
     pub fn row(self, row: &[f32]) -> u32 {
-        let mut bits = 0;
-        for (i, &value) in row.iter().enumerate() {
-            bits |= u32::from(self.test(value)) << i;
-        }
-        bits
+        let Some((eight, rest)) = row.split_first_chunk() else { return self.each(row) };
+        self.eight(eight) | self.each(rest) << 8
+    }
+
+    #[inline(always)]
+    fn eight(self, values: &[f32; 8]) -> u32 {
+        let values = f32x8::new(*values);
+        (values.simd_ge(f32x8::splat(self.low)) & values.simd_le(f32x8::splat(self.high))).to_bitmask()
+    }
+
+    #[inline(always)]
+    fn each(self, row: &[f32]) -> u32 {
+        row.iter().enumerate().fold(0, |bits, (i, &value)| bits | u32::from(self.test(value)) << i)
     }
 }
 
@@ -77,6 +86,11 @@ mod tests {
                     );
                 }
                 assert!(!inside.test(iso), "a tie is outside");
+                for row in values.windows(9) {
+                    let bits = (0..9).filter(|&i| inside.test(row[i])).map(|i| 1 << i).sum::<u32>();
+                    assert_eq!(inside.row(row), bits);
+                    assert_eq!(inside.row(&row[..5]), bits & 31);
+                }
             }
         }
         for &v in values.iter().filter(|v| !v.is_nan()) {

@@ -1,117 +1,165 @@
 //! CPU twin of `shaders/classify.wgsl` and `shaders/shared/row.wgsl`.
+//!
+//! Where the shader gives a row of eight points to an invocation, the twin works on a plane of a brick
+//! at a time: 64 points or cells are the bits of a `u64`, eight a row, so that byte y is row y.
 
 use super::BrickRecord;
 use crate::stage::inside::Inside;
 use crate::stage::samples::Samples;
 use crate::table::Table;
+use multiversion::multiversion;
 
-/// Inside bits of a brick's rows: `rows[y + 9 z]`, bit x; rows past the grid's end are 0.
-pub struct InsideRows([u16; 81]);
+/// 1 in every byte: times a byte, the byte in every row; the top byte of the product is the sum of rows.
+const EACH_ROW: u64 = 0x0101_0101_0101_0101;
+
+/// Inside bits of a brick's samples; rows past the grid's end are 0.
+pub struct InsideRows {
+    /// Rows y = 0–7 of the nine planes: of points x = 0–7, and of x = 1–8.
+    rows: [[u64; 2]; 9],
+    /// Row y = 8 of the nine planes.
+    last: [[u64; 2]; 9],
+}
 
 impl InsideRows {
     /// Tests every sample of the brick once.
     #[inline(always)]
     pub fn new(samples: &Samples<'_>, inside: Inside) -> Self {
-        let mut rows = [0; 81];
+        let mut bits = Self { rows: [[0; 2]; 9], last: [[0; 2]; 9] };
         let [_, ny, nz] = samples.extent;
-        for z in 0..nz {
-            for y in 0..ny {
-                let row = samples.row(y, z);
-                rows[y + 9 * z] = match <&[f32; 9]>::try_from(row) {
-                    Ok(row) => inside.row(row) as u16,
-                    Err(_) => inside.row(row) as u16,
-                };
+        for z in 0..nz.min(9) {
+            let mut plane = [0; 2];
+            for y in 0..ny.min(8) {
+                let row = u64::from(inside.row(samples.row(y, z)));
+                plane[0] |= (row & 0xff) << (8 * y);
+                plane[1] |= (row >> 1) << (8 * y);
+            }
+            bits.rows[z] = plane;
+            if ny > 8 {
+                let row = u64::from(inside.row(samples.row(8, z)));
+                bits.last[z] = [row & 0xff, row >> 1];
             }
         }
-        Self(rows)
+        bits
     }
 
-    /// The bits of the rows (y, z), (y+1, z), (y, z+1), (y+1, z+1).
+    /// The corners of the cells of plane `z`: corner `k` (bits zyx) of cell `x + 8 y` is bit `x + 8 y` of
+    /// number `k`.
     #[inline(always)]
-    pub fn four(&self, y: usize, z: usize) -> [u32; 4] {
-        let i = y + 9 * z;
-        [self.0[i], self.0[i + 1], self.0[i + 9], self.0[i + 10]].map(u32::from)
+    pub fn corners(&self, z: usize) -> [u64; 8] {
+        let [a, b] = self.rows[z];
+        let [c, d] = self.next_rows(z);
+        let [e, f] = self.rows[z + 1];
+        let [g, h] = self.next_rows(z + 1);
+        [a, b, c, d, e, f, g, h]
+    }
+
+    #[inline(always)]
+    fn next_rows(&self, z: usize) -> [u64; 2] {
+        [0, 1].map(|i| self.rows[z][i] >> 8 | self.last[z][i] << 56)
     }
 }
 
-/// Which points of a row have what; `RowShape` of the shader.
+/// Which points of a plane have what; `RowShape` of the shader for eight rows.
 #[derive(Debug, Clone, Copy)]
-pub struct RowShape {
-    along_x: u32,
-    along_y: u32,
-    along_z: u32,
-    /// Cells of the row.
-    pub cells: u32,
+pub struct PlaneShape {
+    along_x: u64,
+    along_y: u64,
+    along_z: u64,
+    cells: u64,
 }
 
-impl RowShape {
-    /// The shape of row (y, z) of a brick with these samples.
+impl PlaneShape {
+    /// The shape of plane `z` of a brick with these samples.
     #[inline(always)]
-    pub fn new(extent: [usize; 3], y: usize, z: usize) -> Self {
+    pub fn new(extent: [usize; 3], z: usize) -> Self {
         let [nx, ny, nz] = extent;
-        let exists = y < ny && z < nz;
-        let (has_y, has_z) = (exists && y + 1 < ny, exists && z + 1 < nz);
-        let low_bits = |count: usize| (1u32 << count.min(8)) - 1;
-        let (points, cells) = (low_bits(nx), low_bits(nx - 1));
+        // The first `x` points of the first `y` rows.
+        let first = |x: usize, y: usize| {
+            let rows = if y < 8 { (1 << (8 * y)) - 1 } else { u64::MAX };
+            (EACH_ROW * ((1 << x.min(8)) - 1)) & rows
+        };
+        let when = |there: bool, mask: u64| if there { mask } else { 0 };
         Self {
-            along_x: if exists { cells } else { 0 },
-            along_y: if has_y { points } else { 0 },
-            along_z: if has_z { points } else { 0 },
-            cells: if has_y && has_z { (nx - 1).min(8) as u32 } else { 0 },
+            along_x: when(z < nz, first(nx - 1, ny)),
+            along_y: when(z < nz, first(nx, ny - 1)),
+            along_z: when(z + 1 < nz, first(nx, ny)),
+            cells: when(z + 1 < nz, first(nx - 1, ny - 1)),
         }
     }
 }
 
-/// The row's crossed owned edges: +x in bits 0–7, +y in 8–15, +z in 16–23.
+/// The plane's crossed owned edges: along x, y, z.
 #[inline(always)]
-pub fn crossed_edges(bits: [u32; 4], shape: RowShape) -> u32 {
-    let x = (bits[0] ^ (bits[0] >> 1)) & shape.along_x;
-    let y = (bits[0] ^ bits[1]) & shape.along_y;
-    let z = (bits[0] ^ bits[2]) & shape.along_z;
-    x | y << 8 | z << 16
+pub fn crossed_edges(corners: &[u64; 8], shape: PlaneShape) -> [u64; 3] {
+    let here = corners[0];
+    [
+        (here ^ corners[1]) & shape.along_x,
+        (here ^ corners[2]) & shape.along_y,
+        (here ^ corners[4]) & shape.along_z,
+    ]
 }
 
-/// The case byte of cell x of the row.
+/// The case byte of cell `cell` of the plane.
 #[inline(always)]
-pub fn cell_case(bits: [u32; 4], x: u32) -> u8 {
-    let [a, b, c, d] = bits.map(|row| row >> x & 3);
-    (a | b << 2 | c << 4 | d << 6) as u8
+pub fn cell_case(corners: &[u64; 8], cell: u32) -> u8 {
+    corners.iter().enumerate().fold(0, |case, (k, bits)| case | (bits >> cell & 1) << k) as u8
 }
 
-/// Which cells of the row have corners on both sides.
+/// Which cells of the plane have corners on both sides.
 #[inline(always)]
-pub fn mixed_cells(bits: [u32; 4], shape: RowShape) -> u32 {
-    let any = bits[0] | bits[1] | bits[2] | bits[3];
-    let all = bits[0] & bits[1] & bits[2] & bits[3];
-    ((any | any >> 1) & !(all & all >> 1)) & ((1 << shape.cells) - 1)
+pub fn mixed_cells(corners: &[u64; 8], shape: PlaneShape) -> u64 {
+    let any = corners.iter().fold(0, |a, b| a | b);
+    let all = corners.iter().fold(u64::MAX, |a, b| a & b);
+    any & !all & shape.cells
+}
+
+/// In each byte, how many bits are set.
+#[inline(always)]
+fn ones_of_rows(bits: u64) -> u64 {
+    let pairs = bits - (bits >> 1 & 0x5555_5555_5555_5555);
+    let fours = (pairs & 0x3333_3333_3333_3333) + (pairs >> 2 & 0x3333_3333_3333_3333);
+    (fours + (fours >> 4)) & 0x0f0f_0f0f_0f0f_0f0f
 }
 
 /// Fills the brick's record; returns its vertices and triangles.
-#[inline(always)]
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn classify(table: &Table, inside: Inside, samples: &Samples<'_>, record: &mut BrickRecord) -> [u32; 2] {
+    fill(table, inside, samples, record)
+}
+
+/// The body of [`classify`], for every instruction set.
+#[inline(always)]
+fn fill(table: &Table, inside: Inside, samples: &Samples<'_>, record: &mut BrickRecord) -> [u32; 2] {
     let rows = InsideRows::new(samples, inside);
     let (mut vertices, mut triangles) = (0u32, 0u32);
     for z in 0..8 {
         record.planes[z] = vertices | triangles << 16;
-        let (plane_vertices, plane_triangles) = (vertices, triangles);
-        for y in 0..8 {
-            let row = y + 8 * z;
-            let (bits, shape) = (rows.four(y, z), RowShape::new(samples.extent, y, z));
-            let edges = crossed_edges(bits, shape);
-            record.rows[row] = edges | (vertices - plane_vertices) << 24;
-            let before = triangles - plane_triangles;
-            if row % 2 == 0 {
-                record.triangles[row / 2] = before;
-            } else {
-                record.triangles[row / 2] |= before << 16;
-            }
-            vertices += edges.count_ones();
-            let mut mixed = mixed_cells(bits, shape);
-            while mixed != 0 {
-                triangles += table.triangle_count(cell_case(bits, mixed.trailing_zeros()));
-                mixed &= mixed - 1;
-            }
+        let (corners, shape) = (rows.corners(z), PlaneShape::new(samples.extent, z));
+        let edges = crossed_edges(&corners, shape);
+        // At most 24 a row and 192 a plane: sums of rows stay within their bytes.
+        let row_vertices = edges.iter().fold(0, |sum, &bits| sum + ones_of_rows(bits));
+        let up_to = row_vertices.wrapping_mul(EACH_ROW);
+        let [x, y, z_] = edges.map(u64::to_le_bytes);
+        let before = (up_to - row_vertices).to_le_bytes();
+        for row in 0..8 {
+            record.rows[8 * z + row] = u32::from_le_bytes([x[row], y[row], z_[row], before[row]]);
         }
+        vertices += (up_to >> 56) as u32;
+
+        let mut row_triangles = 0u64;
+        let mut mixed = mixed_cells(&corners, shape);
+        while mixed != 0 {
+            let cell = mixed.trailing_zeros();
+            mixed &= mixed - 1;
+            row_triangles += u64::from(table.triangle_count(cell_case(&corners, cell))) << (cell & 56);
+        }
+        let mut before = 0;
+        for (pair, counts) in row_triangles.to_le_bytes().chunks_exact(2).enumerate() {
+            let [even, odd] = [counts[0], counts[1]].map(u32::from);
+            record.triangles[4 * z + pair] = before | (before + even) << 16;
+            before += even + odd;
+        }
+        triangles += before;
     }
     [vertices, triangles]
 }

@@ -2,6 +2,7 @@
 
 use crate::stage::inside::order_key;
 use crate::stage::params::Params;
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 /// Lowest and highest order key of a brick's samples: empty (low over high) for a brick with no finite
@@ -11,98 +12,156 @@ pub type Range = [u32; 2];
 /// What stands for a brick that is not active in the brick map.
 pub const NO_SLOT: u32 = u32::MAX;
 
+/// Layers of bricks that one task takes, at most: the plane between two layers is read twice, the second
+/// time from the cache.
+const LAYERS: usize = 8;
+
 /// The table of ranges of all bricks of a volume, and how many samples are NaN or infinite.
 pub fn range(params: &Params, values: &[f32]) -> (Vec<Range>, u64) {
-    let [nx, ny, nz] = params.points.map(|n| n as usize);
-    let [bx, by, _] = params.bricks.map(|n| n as usize);
-    let mut ranges = vec![[u32::MAX, 0]; params.bricks.iter().map(|&n| n as usize).product()];
-    // A layer of bricks a task: planes shared by two layers are read twice, nothing is written twice.
-    let odd = ranges.par_chunks_mut(bx * by).enumerate().map(|(layer, ranges)| {
-        let mut folds = vec![Fold::EMPTY; bx * by];
-        let mut owned_odd = 0;
-        for z in layer * 8..(layer * 8 + 9).min(nz) {
-            for y in 0..ny {
-                let row = &values[nx * (y + ny * z)..][..nx];
-                for brick_x in 0..bx {
-                    let fold = Fold::of(&row[brick_x * 8..nx.min(brick_x * 8 + 9)]);
-                    folds[brick_x + bx * (y / 8)].merge(fold);
-                    if y % 8 == 0 && y > 0 {
-                        folds[brick_x + bx * (y / 8 - 1)].merge(fold);
-                    }
-                    if fold.odd > 0 && z < layer * 8 + 8 {
-                        let own = &row[brick_x * 8..nx.min(brick_x * 8 + 8)];
-                        owned_odd += own.iter().filter(|v| !v.is_finite()).count() as u64;
+    let [_, _, nz] = params.points.map(|n| n as usize);
+    let [bx, by, bz] = params.bricks.map(|n| n as usize);
+    let mut ranges = vec![[u32::MAX, 0]; bx * by * bz];
+    let layers = bz.div_ceil(8 * rayon::current_num_threads()).clamp(1, LAYERS);
+    let odd = ranges.par_chunks_mut(bx * by * layers).enumerate().map(|(task, ranges)| {
+        let mut folds = Folds::new(params);
+        let mut odd = 0;
+        for (layer, ranges) in ranges.chunks_mut(bx * by).enumerate() {
+            let z = 8 * (layer + task * layers);
+            folds.fill(params, values, z..(z + 9).min(nz));
+            for (brick, range) in ranges.iter_mut().enumerate() {
+                let origin = [8 * (brick % bx), 8 * (brick / bx), z];
+                *range = match folds.range(params, brick) {
+                    Some(range) => range,
+                    None => {
+                        let [finite, _, owned] = count_odd(params, values, origin);
+                        odd += owned as u64;
+                        if finite == 0 { [u32::MAX, 0] } else { [0, u32::MAX] }
                     }
                 }
             }
         }
-        ranges.iter_mut().zip(&folds).for_each(|(range, fold)| *range = fold.range());
-        owned_odd
+        odd
     });
     let odd = odd.sum();
     (ranges, odd)
 }
 
-#[derive(Clone, Copy)]
-struct Fold {
-    low: f32,
-    high: f32,
-    finite: u32,
-    odd: u32,
+/// For each row of bricks along x of a layer, the folds of all samples with the same x.
+struct Folds {
+    low: Vec<f32>,
+    high: Vec<f32>,
+    /// Bits without the sign: NaN and infinities are the largest.
+    magnitude: Vec<u32>,
 }
 
-impl Fold {
-    const EMPTY: Self = Self { low: f32::INFINITY, high: f32::NEG_INFINITY, finite: 0, odd: 0 };
+impl Folds {
+    fn new(params: &Params) -> Self {
+        let count = (params.points[0] * params.bricks[1]) as usize;
+        Self { low: vec![0.0; count], high: vec![0.0; count], magnitude: vec![0; count] }
+    }
 
+    /// Folds the rows of the planes `planes`.
+    fn fill(&mut self, params: &Params, values: &[f32], planes: std::ops::Range<usize>) {
+        self.low.fill(f32::INFINITY);
+        self.high.fill(f32::NEG_INFINITY);
+        self.magnitude.fill(0);
+        let [nx, ny, _] = params.points.map(|n| n as usize);
+        for z in planes {
+            for first in (0..ny).step_by(8) {
+                let rows = first..(first + 9).min(ny);
+                let rows = &values[nx * (rows.start + ny * z)..nx * (rows.end + ny * z)];
+                let own = nx * (first / 8)..nx * (first / 8 + 1);
+                fold_rows(
+                    rows,
+                    &mut self.low[own.clone()],
+                    &mut self.high[own.clone()],
+                    &mut self.magnitude[own],
+                );
+            }
+        }
+    }
+
+    /// The range of a brick of the layer, if all of its samples are finite.
     #[inline(always)]
-    fn of(row: &[f32]) -> Self {
-        let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
-        let mut magnitude = 0u32;
-        if let Ok(row) = <&[f32; 9]>::try_from(row) {
-            // The usual case, with a length known to the compiler.
-            for v in row {
-                low = if *v < low { *v } else { low };
-                high = if *v > high { *v } else { high };
-                magnitude = magnitude.max(v.to_bits() & 0x7fff_ffff);
-            }
-        } else {
-            for v in row {
-                low = if *v < low { *v } else { low };
-                high = if *v > high { *v } else { high };
-                magnitude = magnitude.max(v.to_bits() & 0x7fff_ffff);
-            }
+    fn range(&self, params: &Params, brick: usize) -> Option<Range> {
+        let [nx, bx] = [params.points[0], params.bricks[0]].map(|n| n as usize);
+        let (x, row) = (8 * (brick % bx), brick / bx);
+        let own = nx * row + x..nx * row + nx.min(x + 9);
+        if self.magnitude[own.clone()].iter().any(|&m| m >= 0x7f80_0000) {
+            return None;
         }
-        if magnitude < 0x7f80_0000 {
-            return Self { low, high, finite: row.len() as u32, odd: 0 };
-        }
-        let mut fold = Self::EMPTY;
-        for &v in row {
-            if v.is_finite() {
-                fold.low = fold.low.min(v);
-                fold.high = fold.high.max(v);
-                fold.finite += 1;
-            } else {
-                fold.odd += 1;
-            }
-        }
-        fold
+        let low = self.low[own.clone()].iter().fold(f32::INFINITY, |a, &b| a.min(b));
+        let high = self.high[own].iter().fold(f32::NEG_INFINITY, |a, &b| a.max(b));
+        Some([low, high].map(|v| order_key(v.to_bits())))
     }
+}
 
-    #[inline(always)]
-    fn merge(&mut self, other: Self) {
-        self.low = if other.low < self.low { other.low } else { self.low };
-        self.high = if other.high > self.high { other.high } else { self.high };
-        self.finite += other.finite;
-        self.odd += other.odd;
-    }
+/// Columns that are folded together.
+const COLUMNS: usize = 16;
 
-    fn range(self) -> Range {
-        match (self.finite, self.odd) {
-            (0, _) => [u32::MAX, 0],
-            (_, 0) => [order_key(self.low.to_bits()), order_key(self.high.to_bits())],
-            _ => [0, u32::MAX],
+/// Folds rows, each as long as the folds, into the folds.
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn fold_rows(rows: &[f32], low: &mut [f32], high: &mut [f32], magnitude: &mut [u32]) {
+    let length = low.len();
+    let mut first = 0;
+    while first + COLUMNS <= length {
+        fold_columns::<COLUMNS>(rows, first, low, high, magnitude);
+        first += COLUMNS;
+    }
+    if first < length && length >= COLUMNS {
+        // Folding a value twice changes nothing.
+        fold_columns::<COLUMNS>(rows, length - COLUMNS, low, high, magnitude);
+    } else {
+        for column in first..length {
+            fold_columns::<1>(rows, column, low, high, magnitude);
         }
     }
+}
+
+#[inline(always)]
+fn fold_columns<const N: usize>(
+    rows: &[f32],
+    first: usize,
+    low: &mut [f32],
+    high: &mut [f32],
+    magnitude: &mut [u32],
+) {
+    let length = low.len();
+    let own = first..first + N;
+    let (mut lows, mut highs, mut magnitudes) = ([f32::INFINITY; N], [f32::NEG_INFINITY; N], [0; N]);
+    for row in rows.chunks_exact(length) {
+        for (i, &v) in row[own.clone()].iter().enumerate().take(N) {
+            lows[i] = if v < lows[i] { v } else { lows[i] };
+            highs[i] = if v > highs[i] { v } else { highs[i] };
+            magnitudes[i] = magnitudes[i].max(v.to_bits() & 0x7fff_ffff);
+        }
+    }
+    for (to, v) in low[own.clone()].iter_mut().zip(lows) {
+        *to = to.min(v);
+    }
+    for (to, v) in high[own.clone()].iter_mut().zip(highs) {
+        *to = to.max(v);
+    }
+    for (to, v) in magnitude[own].iter_mut().zip(magnitudes) {
+        *to = (*to).max(v);
+    }
+}
+
+/// The finite and the other samples of a brick, and how many of the others its own points have.
+fn count_odd(params: &Params, values: &[f32], origin: [usize; 3]) -> [u32; 3] {
+    let [nx, ny, nz] = params.points.map(|n| n as usize);
+    let [x, y, z] = origin;
+    let mut counts = [0; 3];
+    for (dz, z) in (z..nz.min(z + 9)).enumerate() {
+        for (dy, y) in (y..ny.min(y + 9)).enumerate() {
+            let row = &values[nx * (y + ny * z)..][x..nx.min(x + 9)];
+            for (dx, v) in row.iter().enumerate() {
+                counts[usize::from(!v.is_finite())] += 1;
+                counts[2] += u32::from(!v.is_finite() && dx.max(dy).max(dz) < 8);
+            }
+        }
+    }
+    counts
 }
 
 /// Whether a brick with this range can have samples on both sides.
