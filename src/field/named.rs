@@ -4,6 +4,7 @@
 
 use super::turns::{cos_turns, sin_turns};
 use super::{Field, NoForm, Points, Sense, Wgsl};
+use multiversion::multiversion;
 
 /// A parameter of a named field.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +21,18 @@ pub struct Parameter {
 
 type Value = fn(&[f32; 4], Points<'_>, &mut [f32]);
 type Gradient = fn(&[f32; 4], Points<'_>, &mut [[f32; 3]]);
+
+/// An evaluator over slices of points, compiled for several instruction sets and chosen at run time.
+/// None of them fuses a product and a sum: all give the same bits.
+macro_rules! over_points {
+    ($out:ty, |$c:ident, $points:ident, $slice:ident| $body:expr) => {{
+        #[multiversion(targets("x86_64+avx2"))]
+        fn evaluate($c: &[f32; 4], $points: Points<'_>, $slice: &mut [$out]) {
+            $body;
+        }
+        evaluate
+    }};
+}
 
 /// What is known of a field by its name.
 pub struct Definition {
@@ -40,10 +53,12 @@ pub struct Definition {
     wgsl: &'static str,
 }
 
+#[inline(always)]
 fn norm(x: f32, y: f32, z: f32) -> f32 {
     ((x * x + y * y) + z * z).sqrt()
 }
 
+#[inline(always)]
 fn sign(v: f32) -> f32 {
     if v > 0.0 {
         1.0
@@ -63,8 +78,8 @@ pub static ALL: &[Definition] = &[
         iso: 1.0,
         half_edge: 1.5,
         constants: |_| [0.0; 4],
-        value: |_, points, out| points.map(out, norm),
-        gradient: |_, points, out| points.map(out, |x, y, z| [x, y, z]),
+        value: over_points!(f32, |_c, points, out| points.map(out, norm)),
+        gradient: over_points!([f32; 3], |_c, points, out| points.map(out, |x, y, z| [x, y, z])),
         wgsl: "
             fn density(p: vec3<f32>) -> f32 { return sqrt((p.x * p.x + p.y * p.y) + p.z * p.z); }
             fn density_gradient(p: vec3<f32>) -> vec3<f32> { return p; }",
@@ -76,8 +91,12 @@ pub static ALL: &[Definition] = &[
         iso: 1.0,
         half_edge: 1.5,
         constants: |_| [0.0; 4],
-        value: |_, points, out| points.map(out, |x, y, z| (x.abs() + y.abs()) + z.abs()),
-        gradient: |_, points, out| points.map(out, |x, y, z| [sign(x), sign(y), sign(z)]),
+        value: over_points!(f32, |_c, points, out| points.map(out, |x, y, z| (x.abs() + y.abs()) + z.abs())),
+        gradient: over_points!([f32; 3], |_c, points, out| points.map(out, |x, y, z| [
+            sign(x),
+            sign(y),
+            sign(z)
+        ])),
         wgsl: "
             fn density(p: vec3<f32>) -> f32 { return (abs(p.x) + abs(p.y)) + abs(p.z); }
             fn density_gradient(p: vec3<f32>) -> vec3<f32> { return sign(p); }",
@@ -89,8 +108,9 @@ pub static ALL: &[Definition] = &[
         iso: 1.0,
         half_edge: 1.5,
         constants: |_| [0.0; 4],
-        value: |_, points, out| points.map(out, |x, y, z| x.abs().max(y.abs()).max(z.abs())),
-        gradient: |_, points, out| {
+        value: over_points!(f32, |_c, points, out| points
+            .map(out, |x, y, z| x.abs().max(y.abs()).max(z.abs()))),
+        gradient: over_points!([f32; 3], |_c, points, out| {
             points.map(out, |x, y, z| {
                 let (a, b, c) = (x.abs(), y.abs(), z.abs());
                 if a >= b && a >= c {
@@ -101,7 +121,7 @@ pub static ALL: &[Definition] = &[
                     [0.0, 0.0, sign(z)]
                 }
             });
-        },
+        }),
         wgsl: "
             fn density(p: vec3<f32>) -> f32 { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
             fn density_gradient(p: vec3<f32>) -> vec3<f32> {
@@ -132,20 +152,20 @@ pub static ALL: &[Definition] = &[
         half_edge: 1.5,
         // R² − r² and 4R²; the defaults round to exactly 0.375 and 2.
         constants: |p| [(p[0] * p[0] - p[1] * p[1]) as f32, (4.0 * p[0] * p[0]) as f32, 0.0, 0.0],
-        value: |c, points, out| {
+        value: over_points!(f32, |c, points, out| {
             points.map(out, |x, y, z| {
                 let flat = x * x + y * y;
                 let k = (flat + z * z) + c[0];
                 k * k - c[1] * flat
             });
-        },
-        gradient: |c, points, out| {
+        }),
+        gradient: over_points!([f32; 3], |c, points, out| {
             points.map(out, |x, y, z| {
                 let k = 4.0 * (((x * x + y * y) + z * z) + c[0]);
                 let in_plane = k - 2.0 * c[1];
                 [in_plane * x, in_plane * y, k * z]
             });
-        },
+        }),
         wgsl: "
             fn density(p: vec3<f32>) -> f32 {
                 let c = field_parameters[0];
@@ -172,20 +192,20 @@ pub static ALL: &[Definition] = &[
         iso: 0.0,
         half_edge: 1.0,
         constants: |p| [(1.0 / p[0]) as f32, 0.0, 0.0, 0.0],
-        value: |c, points, out| {
+        value: over_points!(f32, |c, points, out| {
             points.map(out, |x, y, z| {
                 let (x, y, z) = (x * c[0], y * c[0], z * c[0]);
                 (sin_turns(x) * cos_turns(y) + sin_turns(y) * cos_turns(z)) + sin_turns(z) * cos_turns(x)
             });
-        },
-        gradient: |c, points, out| {
+        }),
+        gradient: over_points!([f32; 3], |c, points, out| {
             points.map(out, |x, y, z| {
                 let (x, y, z) = (x * c[0], y * c[0], z * c[0]);
                 let (sx, sy, sz) = (sin_turns(x), sin_turns(y), sin_turns(z));
                 let (cx, cy, cz) = (cos_turns(x), cos_turns(y), cos_turns(z));
                 [cx * cy - sz * sx, cy * cz - sx * sy, cz * cx - sy * sz]
             });
-        },
+        }),
         wgsl: "
             fn density(p: vec3<f32>) -> f32 {
                 let u = p * field_parameters[0].x;

@@ -3,7 +3,8 @@
 use crate::field::{Field, NoForm, Points};
 use crate::grid::SAMPLES_PER_BRICK;
 use crate::stage::params::Params;
-use glam::{UVec3, Vec3};
+use glam::UVec3;
+use multiversion::multiversion;
 
 /// The field's values at the 9³ points of the brick at `origin`, x fastest. Points past the grid's end
 /// repeat the last one; no stage looks at them.
@@ -16,15 +17,34 @@ pub fn sample(
     origin: UVec3,
     samples: &mut [f32; SAMPLES_PER_BRICK],
 ) -> Result<(), NoForm> {
-    let last = UVec3::from(params.points) - UVec3::ONE;
     let [mut x, mut y, mut z] = [[0.0; SAMPLES_PER_BRICK]; 3];
-    for place in 0..SAMPLES_PER_BRICK as u32 {
-        let local = UVec3::new(place % 9, place / 9 % 9, place / 81);
-        let point: Vec3 = (origin + local).min(last).as_vec3();
-        let position = params.grid_position(point);
-        x[place as usize] = position.x;
-        y[place as usize] = position.y;
-        z[place as usize] = position.z;
-    }
+    positions(params, origin, [&mut x, &mut y, &mut z]);
     field.values(Points { x: &x, y: &y, z: &z }, samples)
+}
+
+/// World positions of the points, in the order of operations of `Params::grid_position`.
+#[multiversion(targets("x86_64+avx2"))]
+fn positions(params: &Params, origin: UVec3, out: [&mut [f32; SAMPLES_PER_BRICK]; 3]) {
+    let origin = origin.to_array();
+    let mut point = [[0.0; 9]; 3];
+    for axis in 0..3 {
+        for local in 0..9 {
+            point[axis][local] = (origin[axis] + local as u32).min(params.points[axis] - 1) as f32;
+        }
+    }
+    for (k, out) in out.into_iter().enumerate() {
+        // What x and y add is the same in every plane.
+        let mut plane = [0.0; 81];
+        for y in 0..9 {
+            for x in 0..9 {
+                plane[x + 9 * y] = params.step_x[k] * point[0][x] + params.step_y[k] * point[1][y];
+            }
+        }
+        for (z, out) in out.chunks_exact_mut(81).enumerate() {
+            let along_z = params.step_z[k] * point[2][z];
+            for (out, in_plane) in out.iter_mut().zip(&plane) {
+                *out = params.origin[k] + (in_plane + along_z);
+            }
+        }
+    }
 }

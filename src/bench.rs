@@ -1,0 +1,344 @@
+//! Benchmarks: every stage and the whole extraction, on the CPU and on a GPU, at several sizes.
+//!
+//! [`run`] needs no files: the inputs are named fields (and a [`Volume`] that the caller may give), so one
+//! binary carried to a machine with a GPU measures it. Rows are taken one after another, each repeated
+//! until its share of time is spent; minimum and median are told, since other work on the machine only
+//! ever adds. GPU rows leave the mesh on the GPU, as its users do.
+
+mod machine;
+mod report;
+
+pub use machine::{Adapter, Machine};
+pub use report::{BenchReport, Row, Seconds};
+
+use crate::extract::{ExtractError, Extractor, Options, Report, STAGES, Source, extract_on_cpu};
+use crate::field::named::{NameError, Named};
+use crate::field::{Field, Points};
+use crate::gpu::Gpu;
+use crate::grid::{Grid, GridError};
+use crate::volume::Volume;
+use glam::{UVec3, Vec3};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// Where an extraction runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Backend {
+    /// The CPU twins, on all cores.
+    Cpu,
+    /// The adapter.
+    Gpu,
+}
+
+/// Where the samples of a row come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Input {
+    /// The field's formula, evaluated where it is needed.
+    Analytic,
+    /// Values in memory.
+    Volume,
+}
+
+/// A volume to measure beside the fields.
+#[derive(Debug, Clone, Copy)]
+pub struct VolumeCase<'a> {
+    /// Its name in the report.
+    pub name: &'a str,
+    /// The volume.
+    pub volume: &'a Volume,
+    /// The iso value.
+    pub iso: f32,
+}
+
+/// What to measure.
+#[derive(Debug, Clone)]
+pub struct BenchOptions<'a> {
+    /// Cells along each axis of the fields' grids.
+    pub sizes: Vec<u32>,
+    /// Names of fields ([`Named`]), extracted at the iso value of their definition.
+    pub cases: Vec<String>,
+    /// A volume, extracted at its own size.
+    pub volume: Option<VolumeCase<'a>>,
+    /// Whether the fields are also sampled into volumes and extracted from memory.
+    pub arrays: bool,
+    /// Where to run.
+    pub backends: Vec<Backend>,
+    /// The most timed runs a row.
+    pub repeats: u32,
+    /// Seconds after which a row gets no further run.
+    pub seconds: f64,
+    /// Passed on to the extractions.
+    pub memory_budget: u64,
+}
+
+impl Default for BenchOptions<'_> {
+    fn default() -> Self {
+        Self {
+            sizes: vec![64, 128, 256],
+            cases: ["sphere", "torus", "gyroid"].map(String::from).to_vec(),
+            volume: None,
+            arrays: false,
+            backends: vec![Backend::Cpu, Backend::Gpu],
+            repeats: 7,
+            seconds: 2.0,
+            memory_budget: u64::MAX,
+        }
+    }
+}
+
+/// Why a benchmark could not begin. A row that fails is told of in [`BenchReport::skipped`].
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BenchError {
+    /// A case that is no field.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// A size that is no grid.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+}
+
+/// Measures every row; `progress` hears what is about to be measured.
+///
+/// # Errors
+/// [`BenchError`] if a case or a size is none.
+pub fn run(
+    options: &BenchOptions<'_>,
+    gpu: Option<&Gpu>,
+    progress: &mut dyn FnMut(&str),
+) -> Result<BenchReport, BenchError> {
+    let mut inputs = Vec::new();
+    for name in &options.cases {
+        let field = Named::new(name)?;
+        for &n in &options.sizes {
+            let half = Vec3::splat(field.definition().half_edge);
+            inputs.push((field.clone(), Grid::from_bounds([n; 3], -half, half)?));
+        }
+    }
+    let wants_gpu = options.backends.contains(&Backend::Gpu);
+    let mut skipped = Vec::new();
+    if wants_gpu && gpu.is_none() {
+        skipped.push("every GPU row: no adapter".into());
+    }
+    let gpu = gpu.filter(|_| wants_gpu);
+    if gpu.is_some() {
+        progress("the adapter's copy bandwidth");
+    }
+    let machine = Machine::of(gpu);
+    let extractor = gpu.and_then(|gpu| match Extractor::new(gpu.clone()) {
+        Ok(extractor) => Some(extractor),
+        Err(error) => {
+            skipped.push(format!("every GPU row: {error}"));
+            None
+        }
+    });
+
+    let mut bench = Bench { options, extractor, rows: Vec::new(), skipped, progress };
+    for (field, grid) in &inputs {
+        let (name, iso) = (field.definition().name, field.definition().iso);
+        bench.both(name, iso, &Source::Field(field, *grid));
+        if options.arrays {
+            let volume = sampled(field, *grid);
+            bench.both(name, iso, &Source::Volume(&volume));
+        }
+    }
+    if let Some(VolumeCase { name, volume, iso }) = options.volume {
+        bench.both(name, iso, &Source::Volume(volume));
+    }
+    Ok(BenchReport { machine, rows: bench.rows, skipped: bench.skipped })
+}
+
+/// The field's values at the points of `grid`.
+fn sampled(field: &Named, grid: Grid) -> Volume {
+    let points = grid.points();
+    let row_length = points.x as usize;
+    let mut values = vec![0.0; grid.point_count() as usize];
+    values.par_chunks_mut(row_length).enumerate().for_each(|(row, values)| {
+        let (y, z) = (row as u32 % points.y, row as u32 / points.y);
+        let at: Vec<Vec3> = (0..points.x).map(|x| grid.position(UVec3::new(x, y, z).as_vec3())).collect();
+        let [x, y, z] = [0, 1, 2].map(|k| at.iter().map(|p| p[k]).collect::<Vec<f32>>());
+        // Named fields have a CPU form.
+        let _ = field.values(Points { x: &x, y: &y, z: &z }, values);
+    });
+    Volume::new(grid, values).expect("one value a point")
+}
+
+struct Bench<'a> {
+    options: &'a BenchOptions<'a>,
+    extractor: Option<Extractor>,
+    rows: Vec<Row>,
+    skipped: Vec<String>,
+    progress: &'a mut dyn FnMut(&str),
+}
+
+/// Times of a row while it is measured.
+#[derive(Default)]
+struct Times {
+    first: Vec<f64>,
+    again: Vec<f64>,
+    reports: Vec<Report>,
+}
+
+impl Bench<'_> {
+    /// The rows of one input on the backends asked for.
+    fn both(&mut self, name: &str, iso: f32, source: &Source<'_>) {
+        let input = match source {
+            Source::Field(..) => Input::Analytic,
+            Source::Volume(_) => Input::Volume,
+        };
+        let cells = source.grid().cells();
+        let options = Options {
+            sense: match source {
+                Source::Field(field, _) => Some(field.sense()),
+                // Fields put into arrays keep their side.
+                Source::Volume(_) if Named::new(name).is_ok() => Some(crate::field::Sense::Below),
+                Source::Volume(_) => None,
+            },
+            memory_budget: self.options.memory_budget,
+            ..Options::new(iso)
+        };
+        for &backend in &self.options.backends {
+            let label = format!("{name} {}×{}×{} {input:?} on {backend:?}", cells.x, cells.y, cells.z);
+            let times = match (backend, &self.extractor) {
+                (Backend::Gpu, None) => continue,
+                (Backend::Gpu, Some(extractor)) => {
+                    (self.progress)(&label);
+                    on_gpu(self.options, extractor, source, &options)
+                }
+                (Backend::Cpu, _) => {
+                    (self.progress)(&label);
+                    on_cpu(self.options, source, &options)
+                }
+            };
+            match times {
+                Ok(times) => {
+                    self.rows.push(times.row(backend, name, input, cells.into(), source.grid().point_count()))
+                }
+                Err(error) => self.skipped.push(format!("{label}: {error}")),
+            }
+        }
+    }
+}
+
+/// Whether a row may run once more.
+fn goes_on(options: &BenchOptions<'_>, times: &Times, start: Instant) -> bool {
+    let done = times.first.len();
+    done == 0 || (done < options.repeats as usize && start.elapsed().as_secs_f64() < options.seconds)
+}
+
+fn on_cpu(
+    options: &BenchOptions<'_>,
+    source: &Source<'_>,
+    settings: &Options,
+) -> Result<Times, ExtractError> {
+    let (mut times, start) = (Times::default(), Instant::now());
+    while goes_on(options, &times, start) {
+        if let Source::Volume(volume) = source {
+            // A fresh volume has no table of ranges yet.
+            let fresh = Volume::new(*volume.grid(), volume.values().to_vec()).expect("the same grid");
+            let source = Source::Volume(&fresh);
+            times.reports.push(timed(&mut times.first, || extract_on_cpu(&source, settings, &|_| {}))?.1);
+            timed(&mut times.again, || extract_on_cpu(&source, settings, &|_| {}))?;
+        } else {
+            times.reports.push(timed(&mut times.first, || extract_on_cpu(source, settings, &|_| {}))?.1);
+        }
+    }
+    Ok(times)
+}
+
+fn on_gpu(
+    options: &BenchOptions<'_>,
+    extractor: &Extractor,
+    source: &Source<'_>,
+    settings: &Options,
+) -> Result<Times, ExtractError> {
+    // The first dispatch of a pipeline compiles it.
+    extractor.extract(source, settings)?;
+    let (mut times, start) = (Times::default(), Instant::now());
+    let mut space = match extractor.prepare(source, settings.memory_budget) {
+        Ok(space) => Some(space),
+        Err(ExtractError::Binding { .. }) => None,
+        Err(error) => return Err(error),
+    };
+    while goes_on(options, &times, start) {
+        times.reports.push(timed(&mut times.first, || extractor.extract(source, settings))?.report);
+        let Some(buffers) = &space else { continue };
+        match timed(&mut times.again, || extractor.extract_in(buffers, source, settings, &|_| {})) {
+            Ok(_) => {}
+            // The mesh needs thinner slabs than one workspace has: `extract` alone finds them.
+            Err(ExtractError::Binding { .. }) => space = None,
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(times)
+}
+
+/// Does `work` and notes its seconds, unless it fails.
+fn timed<T>(list: &mut Vec<f64>, work: impl FnOnce() -> Result<T, ExtractError>) -> Result<T, ExtractError> {
+    let start = Instant::now();
+    let done = work()?;
+    list.push(start.elapsed().as_secs_f64());
+    Ok(done)
+}
+
+impl Times {
+    fn row(&self, backend: Backend, case: &str, input: Input, cells: [u32; 3], points: u64) -> Row {
+        let mut stages = BTreeMap::new();
+        for (i, &stage) in STAGES.iter().enumerate() {
+            let seconds: Vec<f64> = self.reports.iter().filter_map(|r| r.seconds[i]).collect();
+            if let Some(seconds) = Seconds::of(&seconds) {
+                stages.insert(stage, seconds.median);
+            }
+        }
+        let last = self.reports.last().cloned().unwrap_or_default();
+        let total = Seconds::of(&self.first).unwrap_or_default();
+        let all_cells = cells.iter().map(|&n| f64::from(n)).product::<f64>();
+        let per_second = |count: f64| if total.min > 0.0 { count / total.min } else { 0.0 };
+        Row {
+            backend,
+            case: case.into(),
+            input,
+            cells,
+            points,
+            runs: self.first.len(),
+            seconds: total,
+            again: Seconds::of(&self.again),
+            stages,
+            cells_per_second: per_second(all_cells),
+            triangles_per_second: per_second(last.triangles as f64),
+            vertices: last.vertices,
+            triangles: last.triangles,
+            bricks: last.bricks,
+            active_bricks: last.active_bricks,
+            peak_bytes: last.peak_bytes,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_and_json() {
+        let options = BenchOptions {
+            sizes: vec![9],
+            cases: vec!["sphere".into(), "torus".into()],
+            arrays: true,
+            repeats: 2,
+            ..BenchOptions::default()
+        };
+        let report = run(&options, None, &mut |_| {}).unwrap();
+        assert_eq!(report.rows.len(), 4);
+        assert_eq!(report.rows[0].triangles, report.rows[1].triangles, "the array is the same field");
+        assert_eq!(report.skipped.len(), 1);
+        let json = serde_json::to_value(&report).unwrap();
+        assert_eq!(json["rows"][0]["backend"], "cpu");
+        assert!(json["rows"][0]["stages"]["emit"].is_f64());
+        assert!(report.to_string().contains("sphere"));
+        let unknown = BenchOptions { cases: vec!["spher".into()], ..options };
+        assert!(matches!(run(&unknown, None, &mut |_| {}), Err(BenchError::Name(_))));
+    }
+}
