@@ -12,7 +12,7 @@
 @group(0) @binding(10) var<uniform> table: array<vec4<u32>, 128>;
 @group(0) @binding(13) var<storage, read_write> vertices: array<f32>;
 @group(0) @binding(14) var<storage, read_write> indices: array<u32>;
-@group(0) @binding(15) var<storage, read_write> header: array<u32, 12>;
+@group(0) @binding(15) var<storage, read_write> header: MeshHeader;
 
 // The edge of vertex `k` of a brick: its owner's x, y, z and its axis.
 fn edge_of_vertex(slot: u32, k: u32) -> vec4<u32> {
@@ -179,16 +179,18 @@ fn totals() {
     work.triangles = total.y;
     let vertices_short = total.x > params.vertex_capacity;
     let triangles_short = total.y > params.triangle_capacity;
-    header[0] = select(3u * total.y, 0u, vertices_short || triangles_short);
-    header[1] = 1u;
-    header[2] = 0u;
-    header[3] = 0u;
-    header[4] = 0u;
-    header[5] = total.x;
-    header[6] = total.y;
-    header[7] = work.own_active;
-    header[8] = select(0u, 2u, vertices_short) | select(0u, 4u, triangles_short);
-    header[9] = atomicLoad(&work.non_finite);
-    header[10] = atomicLoad(&work.runaway);
-    header[11] = 0u;
+    header = MeshHeader(
+        select(3u * total.y, 0u, vertices_short || triangles_short),
+        1u,
+        0u,
+        0,
+        0u,
+        total.x,
+        total.y,
+        work.own_active,
+        select(0u, 2u, vertices_short) | select(0u, 4u, triangles_short),
+        atomicLoad(&work.non_finite),
+        atomicLoad(&work.runaway),
+        0u,
+    );
 }

@@ -1,20 +1,5 @@
 // The box around the finite vertices of a mesh, one window of the vertex buffer at a time.
 
-struct MeshHeader {
-    index_count: u32,
-    instance_count: u32,
-    first_index: u32,
-    base_vertex: i32,
-    first_instance: u32,
-    vertices: u32,
-    triangles: u32,
-    active_bricks: u32,
-    overflow: u32,
-    non_finite: u32,
-    runaway: u32,
-    reserved: u32,
-}
-
 struct Window {
     // The first vertex of this window.
     first: u32,

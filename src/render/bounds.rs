@@ -4,6 +4,7 @@ use super::RenderError;
 use super::gpu::uniform;
 use super::wire::{Window, layout_entry, slice, storage, window};
 use crate::gpu::{Gpu, GpuMesh, MESH_HEADER_BYTES};
+use crate::stage::inside::from_order_key;
 use glam::Vec3;
 
 /// Bytes of a vertex.
@@ -70,19 +71,14 @@ pub fn gpu_bounds(gpu: &Gpu, mesh: &GpuMesh) -> Result<Option<(Vec3, Vec3)>, Ren
     if keys == EMPTY {
         return Ok(None);
     }
-    let [lx, ly, lz, hx, hy, hz] = keys.map(value);
+    let [lx, ly, lz, hx, hy, hz] = keys.map(from_order_key);
     Ok(Some((Vec3::new(lx, ly, lz), Vec3::new(hx, hy, hz))))
-}
-
-/// The float of a key; the inverse of the shader's `key`.
-fn value(key: u32) -> f32 {
-    f32::from_bits(if key >> 31 == 1 { key ^ 0x8000_0000 } else { !key })
 }
 
 fn pipeline(device: &wgpu::Device) -> (wgpu::BindGroupLayout, wgpu::ComputePipeline) {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("bounds"),
-        source: wgpu::ShaderSource::Wgsl(include_str!("../../shaders/render/bounds.wgsl").into()),
+        source: wgpu::ShaderSource::Wgsl(super::shaders::bounds().into()),
     });
     let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("bounds"),

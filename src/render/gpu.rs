@@ -56,7 +56,7 @@ impl Renderer {
             let device = &gpu.device;
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some("render mesh"),
-                source: wgpu::ShaderSource::Wgsl(include_str!("../../shaders/render/mesh.wgsl").into()),
+                source: wgpu::ShaderSource::Wgsl(super::shaders::MESH.into()),
             });
             let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: Some("render frame"),

@@ -1,6 +1,7 @@
 //! The structs that Rust and WGSL share have the same layout in both.
 
 use super::shade::Frame;
+use super::shaders;
 use super::wire::{ARGUMENTS, DRAW, Window};
 use crate::gpu::MeshHeader;
 use naga::TypeInner;
@@ -19,13 +20,9 @@ macro_rules! offsets {
     ($of:ty: $($field:ident),*) => { vec![$((stringify!($field).to_string(), offset_of!($of, $field))),*] };
 }
 
-const MESH: &str = include_str!("../../shaders/render/mesh.wgsl");
-const WIRE: &str = include_str!("../../shaders/render/wire.wgsl");
-const BOUNDS: &str = include_str!("../../shaders/render/bounds.wgsl");
-
 #[test]
 fn frame() {
-    let (size, members) = layout(MESH, "Frame");
+    let (size, members) = layout(shaders::MESH, "Frame");
     assert_eq!(size as usize, size_of::<Frame>());
     assert_eq!(members, offsets!(Frame: clip, eye, scale, key, shade, fill, line_bias));
 }
@@ -34,8 +31,8 @@ fn frame() {
 fn mesh_header() {
     let rust = offsets!(MeshHeader: index_count, instance_count, first_index, base_vertex, first_instance,
         vertices, triangles, active_bricks, overflow, non_finite, runaway, reserved);
-    for source in [WIRE, BOUNDS] {
-        let (size, members) = layout(source, "MeshHeader");
+    for source in [shaders::wire(), shaders::bounds()] {
+        let (size, members) = layout(&source, "MeshHeader");
         assert_eq!(size as usize, size_of::<MeshHeader>());
         assert_eq!(members, rust);
     }
@@ -43,14 +40,14 @@ fn mesh_header() {
 
 #[test]
 fn windows() {
-    for (source, last) in [(WIRE, "windows"), (BOUNDS, "stride")] {
-        let (size, members) = layout(source, "Window");
+    for (source, last) in [(shaders::wire(), "windows"), (shaders::bounds(), "stride")] {
+        let (size, members) = layout(&source, "Window");
         assert_eq!(size as usize, size_of::<Window>());
         let mut rust = offsets!(Window: first, count, capacity, extra);
         rust[3].0 = last.into();
         assert_eq!(members, rust);
     }
-    let (size, members) = layout(WIRE, "Arguments");
+    let (size, members) = layout(&shaders::wire(), "Arguments");
     assert_eq!(u64::from(size), ARGUMENTS);
     assert_eq!(members[3], ("index_count".to_string(), DRAW as usize));
 }

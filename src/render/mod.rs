@@ -14,6 +14,7 @@ mod gpu;
 mod layout_tests;
 mod output;
 mod shade;
+pub mod shaders;
 mod software;
 mod style;
 mod wire;

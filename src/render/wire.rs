@@ -89,7 +89,7 @@ impl Wire {
             let device = &gpu.device;
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some("render wire"),
-                source: wgpu::ShaderSource::Wgsl(include_str!("../../shaders/render/wire.wgsl").into()),
+                source: wgpu::ShaderSource::Wgsl(super::shaders::wire().into()),
             });
             let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: Some("render wire"),

@@ -8,6 +8,8 @@ const WORK: &str = include_str!("../../shaders/shared/work.wgsl");
 const INSIDE: &str = include_str!("../../shaders/shared/inside.wgsl");
 const GRID: &str = include_str!("../../shaders/shared/grid.wgsl");
 const RECORD: &str = include_str!("../../shaders/shared/record.wgsl");
+/// What stages and drawing know of a mesh.
+pub(crate) const HEADER: &str = include_str!("../../shaders/shared/header.wgsl");
 const ROW: &str = include_str!("../../shaders/shared/row.wgsl");
 const TURNS: &str = include_str!("../../shaders/shared/turns.wgsl");
 const VOLUME: &str = include_str!("../../shaders/source/volume.wgsl");
@@ -87,5 +89,5 @@ pub fn emit(samples: Samples<'_>) -> String {
         Samples::Volume => link(&[VOLUME, NO_LOOPS]),
         Samples::Field(wgsl) => link(&[BRICKS, &field_part(wgsl), GRADIENT]),
     };
-    link(&[PARAMS, WORK, INSIDE, GRID, RECORD, &source, ROW, EMIT])
+    link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, &source, ROW, EMIT])
 }
