@@ -31,7 +31,7 @@ pub struct MeshHeader {
     pub overflow: u32,
     /// Samples that were NaN or infinite and counted as outside.
     pub non_finite: u32,
-    /// Samples at which a loop of the user's WGSL ran away and was stopped.
+    /// Not 0 once a loop of the user's WGSL ran away and was stopped: the mesh is not the field's.
     pub runaway: u32,
     /// Keeps the size a multiple of 16.
     pub reserved: u32,

@@ -1,4 +1,6 @@
 //! `encode` into the caller's encoder, with buffers that are long enough or not.
+//!
+//! Goes red when `totals` or either emit kernel (`shaders/emit.wgsl`) is off by one item about the capacity.
 
 use super::{bytes, read};
 use crate::common;

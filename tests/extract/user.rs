@@ -6,6 +6,7 @@ use glam::{Mat3, Vec3};
 use isoforge::extract::{ExtractError, Options, Source, extract_on_cpu};
 use isoforge::field::user::UserField;
 use isoforge::field::{NoForm, Sense};
+use isoforge::gpu::GpuMesh;
 use isoforge::grid::Grid;
 
 fn user(body: &str) -> UserField {
@@ -49,6 +50,14 @@ fn is_runaway(field: &UserField, grid: Grid) -> bool {
     let Some(extractor) = common::extractor() else { return true };
     let source = Source::Field(field, grid);
     let found = extractor.extract(&source, &Options::new(0.0)).map(|e| e.report);
+    // Recorded into the caller's encoder, the header tells.
+    let gpu = extractor.gpu();
+    let space = extractor.prepare(&source, u64::MAX).unwrap();
+    let mesh = GpuMesh::with_capacity(gpu, 3000, 6000).unwrap();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    extractor.encode(&space, &mut encoder, &Options::new(0.0), &mesh).unwrap();
+    gpu.queue.submit([encoder.finish()]);
+    assert_ne!(mesh.read_header(gpu).unwrap().runaway, 0);
     match found {
         Err(ExtractError::Runaway { .. }) => true,
         other => panic!("{other:?}"),
