@@ -34,9 +34,23 @@ fn edge_of_vertex(slot: u32, k: u32) -> vec4<u32> {
     return vec4<u32>(bit & 7u, y, z, bit >> 3u);
 }
 
+// 2⁻⁹⁰: differences below it are taken of scaled numbers. Some drivers flush results below 2⁻¹²⁶ to zero.
+const SMALL = 0x1p-90f;
+// 2⁻¹¹⁰: a gradient below it has no direction that every driver agrees on.
+const LEAST_GRADIENT = 0x1p-110f;
+
+// A small number times 2¹⁰⁰; 0 for those that some drivers take for 0 (below 2⁻¹²⁶).
+fn scaled(v: f32) -> f32 {
+    return select(v * 0x1p100f, 0.0, (bitcast<u32>(v) & 0x7f800000u) == 0u);
+}
+
 // Where between the edge's ends the value is iso; in the middle where the ends do not tell.
 fn crossing(a: f32, b: f32) -> f32 {
-    let t = (params.iso - a) / (b - a);
+    var t = (params.iso - a) / (b - a);
+    if abs(b - a) < SMALL {
+        // The ends straddle iso: where they lie this close together, all three are small.
+        t = (scaled(params.iso) - scaled(a)) / (scaled(b) - scaled(a));
+    }
     let sure = is_finite(bitcast<u32>(a)) && is_finite(bitcast<u32>(b)) && is_finite(bitcast<u32>(t));
     return select(0.5, clamp(t, 0.0, 1.0), sure);
 }
@@ -49,7 +63,7 @@ fn largest(v: vec3<f32>) -> f32 {
 // from overflowing and underflowing.
 fn unit_or(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
     let m = largest(v);
-    let known = m > 0.0 && is_finite(bitcast<u32>(v.x)) && is_finite(bitcast<u32>(v.y)) && is_finite(bitcast<u32>(v.z));
+    let known = m >= LEAST_GRADIENT && is_finite(bitcast<u32>(v.x)) && is_finite(bitcast<u32>(v.y)) && is_finite(bitcast<u32>(v.z));
     let w = select(fallback, v, known);
     let scaled = w / largest(w);
     return scaled / sqrt((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z);

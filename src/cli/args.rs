@@ -28,6 +28,8 @@ pub enum Command {
     Fields,
     /// Run GPU and CPU stage by stage and tell what agrees; exit 1 if something does not
     Compare(CompareArgs),
+    /// Measure every stage and the whole, on CPU and GPU, and the adapter's copy bandwidth
+    Bench(BenchArgs),
 }
 
 /// What is meshed, and where.
@@ -189,6 +191,55 @@ pub struct CheckArgs {
 pub struct CompareArgs {
     #[command(flatten)]
     pub source: SourceArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// Cells along each axis, one size after the other
+    #[arg(
+        short = 'n',
+        long = "sizes",
+        value_name = "N,N,…",
+        value_delimiter = ',',
+        default_value = "64,128,256"
+    )]
+    pub sizes: Vec<u32>,
+
+    /// Named fields to extract
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "sphere,torus,gyroid")]
+    pub cases: Vec<String>,
+
+    /// A volume file to extract beside them
+    #[arg(long, value_name = "FILE", requires = "iso")]
+    pub volume: Option<PathBuf>,
+
+    /// The volume's iso value
+    #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
+    pub iso: Option<f32>,
+
+    /// Sample the fields into arrays and extract those, too
+    #[arg(long)]
+    pub arrays: bool,
+
+    /// Where to extract; auto is both
+    #[arg(long, value_enum, default_value = "auto")]
+    pub backend: Backend,
+
+    /// The most timed runs a row
+    #[arg(long, value_name = "RUNS", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
+    pub repeats: u32,
+
+    /// Seconds after which a row gets no further run
+    #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
+    pub seconds: f64,
+
+    /// Write one JSON object; - for standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// Do not tell what is being measured
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

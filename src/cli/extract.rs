@@ -4,7 +4,7 @@ use super::args::{Backend, ExtractArgs};
 use super::progress::Progress;
 use super::source::Loaded;
 use super::stats::{Seconds, Stats};
-use super::{Failure, backend, picture, source, stats};
+use super::{Failure, backend, picture, source};
 use crate::extract::{ExtractError, Extractor, Options, Report, Source, extract_on_cpu, stage_index};
 use crate::gpu::{Gpu, GpuMesh};
 use crate::mesh::{Mesh, write};
@@ -98,7 +98,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
             peak_bytes: report.peak_bytes,
             seconds,
         };
-        stats::write(&stats, path)?;
+        super::write_text(&serde_json::to_string(&stats).map_err(Failure::run)?, path)?;
     }
     Ok(())
 }

@@ -4,6 +4,7 @@
 
 mod args;
 mod backend;
+mod bench;
 mod check;
 mod compare;
 mod extract;
@@ -15,6 +16,7 @@ mod stats;
 
 use args::{Cli, Command};
 use clap::Parser;
+use std::path::Path;
 
 /// Why a command ended without doing its work.
 #[derive(Debug)]
@@ -53,6 +55,7 @@ pub fn run() -> i32 {
         Command::Info => lists::info(),
         Command::Fields => lists::fields(),
         Command::Compare(args) => compare::run(args),
+        Command::Bench(args) => bench::run(args),
     };
     match result {
         Ok(()) => 0,
@@ -71,4 +74,23 @@ fn complain(message: &str, code: i32) -> i32 {
 fn say(text: impl std::fmt::Display) {
     use std::io::Write;
     let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// Writes a line to `path`, whole or not at all, or to standard output for `-`.
+fn write_text(text: &str, path: &Path) -> Result<(), Failure> {
+    if path == Path::new("-") {
+        say(text);
+        return Ok(());
+    }
+    let failed = |e: std::io::Error| {
+        Failure::run(format!(
+            "{} cannot be written: {e}; name another file, or - for standard output",
+            path.display()
+        ))
+    };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
+    std::io::Write::write_all(&mut file, format!("{text}\n").as_bytes()).map_err(failed)?;
+    file.persist(path).map_err(|e| failed(e.error))?;
+    Ok(())
 }

@@ -1,9 +1,7 @@
 //! What `--stats` writes.
 
-use super::{Failure, say};
 use crate::extract::Report;
 use serde::Serialize;
-use std::path::Path;
 
 /// One JSON object; seconds are null where a part was not done or not measured.
 #[derive(Debug, Serialize)]
@@ -45,24 +43,4 @@ impl Seconds {
         let [read, upload, cull, sample, classify, scan, emit, readback] = report.seconds;
         Self { read, upload, cull, sample, classify, scan, emit, readback, write: None, total: 0.0 }
     }
-}
-
-/// Writes the object to `path`, or to standard output for `-`.
-pub fn write(stats: &Stats<'_>, path: &Path) -> Result<(), Failure> {
-    let text = serde_json::to_string(stats).map_err(Failure::run)?;
-    if path == Path::new("-") {
-        say(text);
-        return Ok(());
-    }
-    let failed = |e: std::io::Error| {
-        Failure::run(format!(
-            "the statistics cannot be written to {}: {e}; name another file, or -",
-            path.display()
-        ))
-    };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
-    std::io::Write::write_all(&mut file, (text + "\n").as_bytes()).map_err(failed)?;
-    file.persist(path).map_err(|e| failed(e.error))?;
-    Ok(())
 }

@@ -45,7 +45,8 @@ impl Extractor {
     /// the draw arguments; when a buffer is too short, it draws nothing and says what is needed.
     ///
     /// # Errors
-    /// [`ExtractError::Iso`]; [`ExtractError::Slabs`] for a grid that needs more than one slab.
+    /// [`ExtractError::Iso`]; [`ExtractError::Slabs`] for a grid that needs more than one slab;
+    /// [`ExtractError::MeshBuffer`] for more room than the adapter binds; [`ExtractError::Gpu`].
     pub fn encode(
         &self,
         space: &Workspace,
@@ -61,10 +62,34 @@ impl Extractor {
             return Err(ExtractError::Slabs { slabs: space.plan.slabs.len() });
         };
         let capacity = [mesh.vertex_capacity, mesh.triangle_capacity];
+        self.fits(capacity, self.gpu.device.limits().max_storage_buffer_binding_size)?;
         let target = Target { mesh, window: [0; 2], capacity, first: [0; 2] };
-        self.encode_count(space, encoder, options, slab, Some(&target), timer);
-        self.encode_emit(space, encoder, options, slab, &target, timer);
+        self.gpu.guarded("recording", 0, || {
+            self.encode_count(space, encoder, options, slab, Some(&target), timer);
+            self.encode_emit(space, encoder, options, slab, &target, timer);
+            if !space.is_volume {
+                self.encode_header(space, encoder, options, slab, &target);
+            }
+        })?;
         Ok(())
+    }
+
+    /// The header once more, since only emit's gradients may have run away.
+    fn encode_header(
+        &self,
+        space: &Workspace,
+        encoder: &mut wgpu::CommandEncoder,
+        options: &Options,
+        slab: Slab,
+        target: &Target<'_>,
+    ) {
+        let [vertex_capacity, triangle_capacity] = target.capacity;
+        let params = Params { vertex_capacity, triangle_capacity, ..space.params(options, slab) };
+        let uniform = self.uniform(&params);
+        let mut bindings = space.bindings(self, &uniform);
+        bindings.set(b::HEADER, &target.mesh.header);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        space.kernels.emit.encode_totals(&self.gpu, &mut pass, &bindings);
     }
 
     /// cull, sample, classify, scan: everything up to the totals.

@@ -56,7 +56,7 @@ impl Extractor {
     /// [`ExtractError::Gpu`].
     pub fn new(gpu: Gpu) -> Result<Self, ExtractError> {
         let table = gpu.buffer("table", 2048, U::UNIFORM | U::COPY_DST)?;
-        gpu.queue.write_buffer(&table, 0, bytemuck::cast_slice(MARCHING_CUBES.words()));
+        gpu.write(&table, bytemuck::cast_slice(MARCHING_CUBES.words()))?;
         Ok(Self {
             cull: Cull::new(&gpu)?,
             scan_marks: Scan::new(&gpu, true)?,
@@ -183,14 +183,26 @@ impl Extractor {
         progress: &dyn Fn(f64),
     ) -> Result<Extraction, ExtractError> {
         let mut most_layers = u32::MAX;
+        let mut scratch_budget = options.memory_budget;
+        let mut short = None;
         loop {
             let start = Instant::now();
-            let space = self.prepare_layers(source, options.memory_budget, most_layers)?;
+            let space = match (self.prepare_layers(source, scratch_budget, most_layers), short) {
+                // The least scratch does not fit beside the mesh.
+                (Err(ExtractError::Budget { .. }), Some(error)) => return Err(error),
+                (prepared, _) => prepared?,
+            };
             let upload = start.elapsed().as_secs_f64();
             match self.extract_in(&space, source, options, progress) {
                 // A slab's part of the mesh is more than the adapter binds: thinner slabs.
                 Err(ExtractError::Binding { .. }) if space.layers() > 1 => {
-                    most_layers = space.layers().div_ceil(2)
+                    most_layers = space.layers().div_ceil(2);
+                    short = None;
+                }
+                // The mesh leaves less room than the scratch took: as much scratch as there is room for.
+                Err(ExtractError::Budget { what, needed, budget }) => {
+                    scratch_budget = (budget + space.plan.bytes).saturating_sub(needed);
+                    short = Some(ExtractError::Budget { what, needed, budget });
                 }
                 Err(error) => return Err(error),
                 Ok(mut extraction) => {
@@ -207,7 +219,7 @@ impl Extractor {
     /// # Errors
     /// [`ExtractError::Iso`], [`ExtractError::Gpu`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
     /// [`ExtractError::Runaway`]; [`ExtractError::Binding`] if a slab's part of the mesh is more than
-    /// the adapter binds.
+    /// the adapter binds; [`ExtractError::MeshBuffer`] if the whole is more than a buffer of it.
     pub fn extract_in(
         &self,
         space: &Workspace,
@@ -281,10 +293,10 @@ impl Extractor {
             vertices: mesh.vertex_capacity,
             triangles: mesh.triangle_capacity,
             active_bricks,
-            non_finite: works.iter().map(|w| w.non_finite).sum(),
+            non_finite: works.iter().fold(0, |sum, w| sum.saturating_add(w.non_finite)),
             ..MeshHeader::default()
         };
-        gpu.queue.write_buffer(&mesh.header, 0, bytemuck::bytes_of(&header));
+        gpu.write(&mesh.header, bytemuck::bytes_of(&header))?;
         timer.collect(gpu, &mut seconds)?;
         gpu.wait()?;
         self.check_loops(space)?;
@@ -380,7 +392,26 @@ impl Extractor {
                 }
             }
         }
+        // The mesh's buffers have one item to spare, and whole blocks of 16 bytes.
+        self.fits(total, limits.max_buffer_size.saturating_sub(40))?;
         Ok((GpuMesh::with_capacity(&self.gpu, total[0], total[1])?, needed))
+    }
+
+    /// Whether so many vertices and triangles take at most `limit` bytes each.
+    pub(super) fn fits(&self, items: [u32; 2], limit: u64) -> Result<(), ExtractError> {
+        for i in 0..2 {
+            let needed = u64::from(items[i]) * Target::BYTES[i];
+            if needed > limit {
+                let what = ["the mesh's vertices", "the mesh's triangles"][i];
+                return Err(ExtractError::MeshBuffer {
+                    what,
+                    needed,
+                    limit,
+                    adapter: self.gpu.info.name.clone(),
+                });
+            }
+        }
+        Ok(())
     }
 }
 

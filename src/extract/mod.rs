@@ -162,6 +162,21 @@ pub enum ExtractError {
         /// Its name.
         adapter: String,
     },
+    /// The mesh, or the room that the caller gave it, is more than one buffer of the adapter.
+    #[error(
+        "{what} take {needed} bytes, and a buffer of the adapter {adapter} at most {limit}: use the CPU backend, \
+         coarsen the grid, or give less room"
+    )]
+    MeshBuffer {
+        /// Vertices or triangles.
+        what: &'static str,
+        /// Their bytes.
+        needed: u64,
+        /// Bytes that the adapter allows.
+        limit: u64,
+        /// Its name.
+        adapter: String,
+    },
     /// More vertices or indices than 32-bit numbers can count.
     #[error(
         "the mesh has {vertices} vertices and {triangles} triangles, more than 32-bit indices count: coarsen the grid"

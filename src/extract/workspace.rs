@@ -117,8 +117,8 @@ impl Workspace {
             header: buffer("header", MESH_HEADER_BYTES)?,
             plan,
         };
-        gpu.queue.write_buffer(&workspace.field_parameters, 0, bytemuck::cast_slice(parameters));
-        gpu.queue.write_buffer(&workspace.work_start, 0, bytemuck::bytes_of(&work_start));
+        gpu.write(&workspace.field_parameters, bytemuck::cast_slice(parameters))?;
+        gpu.write(&workspace.work_start, bytemuck::bytes_of(&work_start))?;
         Ok(workspace)
     }
 

@@ -13,6 +13,12 @@ use naga::{Block, Expression, Handle, Literal, Module, Span, Statement};
 /// evaluates the function from three to a few dozen times).
 pub const MAX_ITERATIONS: u32 = 50_000;
 
+/// Bytes that a source may have, and the stack it is checked on.
+const MAX_SOURCE: usize = 1 << 20;
+const STACK: usize = 1 << 30;
+/// Characters of a line that an error shows.
+const EXCERPT: usize = 100;
+
 /// What is wrong with the user's source, and where.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{file}:{line}:{column}: {message}\n{excerpt}")]
@@ -43,19 +49,44 @@ impl UserField {
     /// [`UserError`] with line and column: what naga's parser and validator refuse, a missing or
     /// differently typed `density`, entry points, global variables, overrides.
     pub fn new(source: &str, file: &str, sense: Sense) -> Result<Self, UserError> {
+        let source = source.trim_start_matches('\u{feff}');
+        if source.len() > MAX_SOURCE {
+            let message = format!("the source has {} bytes; it may have {MAX_SOURCE}", source.len());
+            return Err(locate(source, file, None, message));
+        }
+        // naga walks expressions by recursion: deep ones need more stack than a thread has by default.
+        std::thread::scope(|scope| {
+            let check = || Self::check(source, file, sense);
+            let thread = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, check);
+            let result = thread.ok().and_then(|thread| thread.join().ok());
+            let message =
+                "the source is too deeply nested to be checked here: write it in shorter expressions";
+            result.unwrap_or_else(|| Err(locate(source, file, None, message.into())))
+        })
+    }
+
+    fn check(source: &str, file: &str, sense: Sense) -> Result<Self, UserError> {
         let error = |span: Option<Span>, message: String| locate(source, file, span, message);
         let mut module = naga::front::wgsl::parse_str(source).map_err(|e| {
             let span = e.labels().next().map(|(span, _)| span);
             error(span, e.message().to_string())
         })?;
-        validate(&module).map_err(|(span, message)| error(span, message))?;
-        check_form(&module).map_err(|(span, message)| error(span, message))?;
+        let info = validate(&module).map_err(|(span, message)| error(span, message))?;
+        check_form(&module, &info).map_err(|(span, message)| error(span, message))?;
         count_loops(&mut module);
         rename(&mut module);
         let info = validate(&module).map_err(|(span, message)| error(span, message))?;
         let flags = naga::back::wgsl::WriterFlags::empty();
         let rewritten = naga::back::wgsl::write_string(&module, &info, flags)
             .map_err(|e| error(None, format!("the function cannot be rewritten: {e}")))?;
+        // The writer adds parentheses and braces, and the parser has limits on both.
+        naga::front::wgsl::parse_str(&rewritten).map_err(|e| {
+            let message = format!(
+                "the function is too deeply nested ({}): write it in shorter expressions",
+                e.message()
+            );
+            error(None, message)
+        })?;
         Ok(Self { sense, rewritten })
     }
 }
@@ -86,8 +117,13 @@ fn locate(source: &str, file: &str, span: Option<Span>, message: String) -> User
     let before = source.get(..place).unwrap_or(source);
     let line = before.matches('\n').count();
     let column = before.rsplit('\n').next().unwrap_or("").chars().count();
-    let text = source.lines().nth(line).unwrap_or("");
-    let excerpt = format!("  {text}\n  {}^", " ".repeat(column));
+    let text: Vec<char> = source.lines().nth(line).unwrap_or("").chars().collect();
+    // Of a long line, the part around the column; tabs stay tabs, so that the caret stands right.
+    let from = column.saturating_sub(EXCERPT / 2).min(text.len().saturating_sub(EXCERPT));
+    let shown = &text[from..text.len().min(from + EXCERPT)];
+    let indent: String =
+        shown.iter().take(column - from).map(|c| if *c == '\t' { '\t' } else { ' ' }).collect();
+    let excerpt = format!("  {}\n  {indent}^", shown.iter().collect::<String>());
     UserError { file: file.into(), line: line as u32 + 1, column: column as u32 + 1, message, excerpt }
 }
 
@@ -126,7 +162,7 @@ fn reworded(message: &str) -> String {
     out + rest
 }
 
-fn check_form(module: &Module) -> Result<(), Fault> {
+fn check_form(module: &Module, info: &naga::valid::ModuleInfo) -> Result<(), Fault> {
     if let Some(entry) = module.entry_points.first() {
         let message = format!("`{}` is an entry point: write plain functions only", entry.name);
         return Err((None, message));
@@ -142,6 +178,15 @@ fn check_form(module: &Module) -> Result<(), Fault> {
             "`override` is not available: use `const`".into(),
         ));
     }
+    for (handle, function) in module.functions.iter() {
+        if !info[handle].available_stages.is_all() {
+            let name = function.name.as_deref().unwrap_or("a function");
+            let message = format!(
+                "`{name}` uses what belongs to one kind of shader (discard, derivatives, barriers): leave it out"
+            );
+            return Err((Some(module.functions.get_span(handle)), message));
+        }
+    }
     let density = module.functions.iter().find(|(_, f)| f.name.as_deref() == Some("density"));
     let Some((handle, function)) = density else {
         return Err((None, "there is no `fn density(p: vec3<f32>) -> f32`: add it".into()));
@@ -149,7 +194,9 @@ fn check_form(module: &Module) -> Result<(), Fault> {
     let float = naga::Scalar { kind: naga::ScalarKind::Float, width: 4 };
     let is = |ty: Handle<naga::Type>, wanted: naga::TypeInner| module.types[ty].inner == wanted;
     let point = naga::TypeInner::Vector { size: naga::VectorSize::Tri, scalar: float };
-    let takes_point = function.arguments.len() == 1 && is(function.arguments[0].ty, point);
+    let takes_point = function.arguments.len() == 1
+        && function.arguments[0].binding.is_none()
+        && is(function.arguments[0].ty, point);
     let gives_float = function.result.as_ref().is_some_and(|r| is(r.ty, naga::TypeInner::Scalar(float)));
     if !(takes_point && gives_float) {
         let message = "`density` has the wrong signature: write `fn density(p: vec3<f32>) -> f32`".into();
@@ -239,14 +286,26 @@ fn guard(expressions: &mut naga::Arena<Expression>, counter: Handle<naga::Global
     block
 }
 
-/// Gives every name of the user a prefix, except `density` itself.
+/// Gives every name of the user a prefix, except the function `density` itself.
 fn rename(module: &mut Module) {
     let prefix = |name: &mut Option<String>| {
         if let Some(name) = name.as_mut().filter(|n| *n != "density") {
             *name = format!("user_{name}");
         }
     };
-    module.functions.iter_mut().for_each(|(_, f)| prefix(&mut f.name));
+    let always = |name: &mut Option<String>| {
+        if let Some(name) = name {
+            *name = format!("user_{name}");
+        }
+    };
+    for (_, function) in module.functions.iter_mut() {
+        prefix(&mut function.name);
+        // These may be named like a function of ours, or like `density`, in a scope of their own; the
+        // writer would rename the later of the two.
+        function.arguments.iter_mut().for_each(|a| always(&mut a.name));
+        function.local_variables.iter_mut().for_each(|(_, v)| always(&mut v.name));
+        function.named_expressions.values_mut().for_each(|name| *name = format!("user_{name}"));
+    }
     module.constants.iter_mut().for_each(|(_, c)| prefix(&mut c.name));
     let named: Vec<_> = module.types.iter().filter(|(_, t)| t.name.is_some()).map(|(h, _)| h).collect();
     for handle in named {
@@ -302,5 +361,30 @@ mod tests {
         assert_eq!(field.rewritten.matches("break;").count(), 3 + 2, "{}", field.rewritten);
         assert!(field.rewritten.contains("user_is_inside") && field.rewritten.contains("fn density("));
         assert!(!field.rewritten.contains("fn is_inside"));
+    }
+
+    #[test]
+    fn any_name_may_be_used() {
+        let source = "
+            fn scale(density: f32, isoforge_iterations: f32) -> f32 { let params = density; var work = params; return work; }
+            fn density(p: vec3<f32>) -> f32 { let density = p.x; return scale(density, p.y); }";
+        let field = UserField::new(source, "a", Sense::Below).unwrap();
+        assert!(
+            field.rewritten.contains("fn density(")
+                && field.rewritten.contains("var<private> isoforge_iterations")
+        );
+    }
+
+    #[test]
+    fn hostile_sources_are_errors() {
+        let body = |text: &str| format!("fn density(p: vec3<f32>) -> f32 {{ return {text}; }}");
+        assert!(UserField::new(&body(&vec!["p.x"; 50_000].join("+")), "a", Sense::Below).is_err());
+        assert!(UserField::new(&body(&("- ".repeat(20_000) + "p.x")), "a", Sense::Below).is_err());
+        assert!(fault(&body("dpdx(p.x)")).message.contains("derivatives"));
+        let e = fault("fn density(p: vec3<f32>) -> f32 { if p.x > 0.0 { workgroupBarrier(); } return 1.0; }");
+        assert!(e.message.contains("barriers"), "{e}");
+        let e = fault(&format!("\t{} x", body(&"p.x + ".repeat(500))));
+        assert!(e.excerpt.len() < 300, "{e}");
+        assert!(UserField::new(&format!("\u{feff}{}", body("p.x")), "a", Sense::Below).is_ok());
     }
 }

@@ -156,7 +156,7 @@ impl Gpu {
         let state = Arc::new(State::default());
         let callback = state.clone();
         device.set_device_lost_callback(move |reason, message| {
-            callback.note(format!("{reason:?}: {message}"));
+            callback.note(format!("{reason:?} {message}").trim_end().into());
             callback.lost.store(true, Ordering::SeqCst);
         });
         Self { device, queue, info, time_limit: TIME_LIMIT, state }
@@ -187,7 +187,7 @@ impl Gpu {
         match self.device.poll(poll) {
             Ok(_) => self.check(),
             Err(wgpu::PollError::Timeout) => Err(GpuError::Timeout(self.time_limit)),
-            Err(e) => Err(GpuError::Refused(e.to_string())),
+            Err(e) => self.check().and(Err(GpuError::Refused(e.to_string()))),
         }
     }
 
@@ -209,7 +209,12 @@ impl Gpu {
             return Err(GpuError::OutOfMemory { what: what.into(), bytes });
         }
         match validation.or(internal) {
-            Some(error) => Err(GpuError::Refused(format!("{what}: {error}"))),
+            Some(error) => {
+                // A device destroyed meanwhile makes every object invalid, and is said to be lost
+                // only once it is polled.
+                self.wait()?;
+                Err(GpuError::Refused(format!("{what}: {error}")))
+            }
             None => Ok(result),
         }
     }
@@ -226,6 +231,9 @@ impl Gpu {
     ) -> Result<wgpu::Buffer, GpuError> {
         // Bindings of size zero are not allowed, and copies want multiples of four.
         let size = bytes.max(16).next_multiple_of(16);
+        if size > self.device.limits().max_buffer_size {
+            return Err(GpuError::OutOfMemory { what: what.into(), bytes });
+        }
         self.guarded(what, size, || {
             self.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(what),
@@ -234,6 +242,14 @@ impl Gpu {
                 mapped_at_creation: false,
             })
         })
+    }
+
+    /// Writes `bytes` to the start of `buffer`, before all work submitted later.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfMemory`], [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn write(&self, buffer: &wgpu::Buffer, bytes: &[u8]) -> Result<(), GpuError> {
+        self.guarded("upload", bytes.len() as u64, || self.queue.write_buffer(buffer, 0, bytes))
     }
 
     /// Reads the first `bytes` bytes of `source` back, waiting for all submitted work.

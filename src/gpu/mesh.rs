@@ -31,7 +31,7 @@ pub struct MeshHeader {
     pub overflow: u32,
     /// Samples that were NaN or infinite and counted as outside.
     pub non_finite: u32,
-    /// Samples at which a loop of the user's WGSL ran away and was stopped.
+    /// Not 0 once a loop of the user's WGSL ran away and was stopped: the mesh is not the field's.
     pub runaway: u32,
     /// Keeps the size a multiple of 16.
     pub reserved: u32,
@@ -105,9 +105,9 @@ impl GpuMesh {
             triangles,
             ..MeshHeader::default()
         };
-        gpu.queue.write_buffer(&on_gpu.vertices, 0, bytemuck::cast_slice(&mesh.vertices));
-        gpu.queue.write_buffer(&on_gpu.indices, 0, bytemuck::cast_slice(&mesh.triangles));
-        gpu.queue.write_buffer(&on_gpu.header, 0, bytemuck::bytes_of(&header));
+        gpu.write(&on_gpu.vertices, bytemuck::cast_slice(&mesh.vertices))?;
+        gpu.write(&on_gpu.indices, bytemuck::cast_slice(&mesh.triangles))?;
+        gpu.write(&on_gpu.header, bytemuck::bytes_of(&header))?;
         Ok(on_gpu)
     }
 

@@ -63,9 +63,11 @@ impl Timer {
         let count = 2 * self.stages.len() as u32;
         let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
         let buffer = gpu.buffer("stage times", u64::from(count) * 8, usage)?;
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        encoder.resolve_query_set(set, 0..count, &buffer, 0);
-        gpu.queue.submit([encoder.finish()]);
+        gpu.guarded("timestamps", 0, || {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            encoder.resolve_query_set(set, 0..count, &buffer, 0);
+            gpu.queue.submit([encoder.finish()]);
+        })?;
         let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&gpu.read(&buffer, u64::from(count) * 8)?);
         let period = f64::from(gpu.queue.get_timestamp_period()) * 1e-9;
         for (pair, &stage) in ticks.chunks_exact(2).zip(&self.stages) {

@@ -4,9 +4,9 @@ use crate::common;
 use crate::inputs::{cases, check};
 use isoforge::extract::{Options, Source};
 
-/// Goes red when `range` reads eight samples of a row instead of nine, when `straddles` asks for
-/// `outermost > iso_key`, and when `compact` numbers bricks without `first_brick` of the slab... each in
-/// `shaders/cull.wgsl`.
+/// Goes red when `range` (`shaders/cull.wgsl`) reads eight samples of a row instead of nine, and when
+/// `straddles` asks for `outermost > iso_key`. That `compact` forgets `first_brick` shows only in a cut
+/// grid (`tests/extract/cut.rs`).
 #[test]
 fn as_the_twin() {
     check("cull", &["range of each brick", "brick map", "active list"]);

@@ -3,7 +3,8 @@
 use crate::inputs::{cases, check, holds};
 
 /// Goes red when `vertex_on` (`shaders/emit.wgsl`) forgets the row's prefix, when `crossing` measures from
-/// the other end, and when one-sided differences (`shaders/source/volume.wgsl`) are halved.
+/// the other end, when triangles of mirrored grids are not turned, and when one-sided differences
+/// (`shaders/source/volume.wgsl`) are halved.
 #[test]
 fn as_the_twin() {
     check("emit", &["indices", "number of vertices", "positions", "normals"]);

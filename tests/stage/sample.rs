@@ -20,7 +20,8 @@ fn as_the_twin() {
 
 /// Indirect dispatches go up to 65535 workgroups along x and then along y, so a large batch gets more
 /// workgroups than slots. Those must leave the samples and the counts alone: the next batch's slots are
-/// theirs to neither write nor count.
+/// theirs to neither write nor count. Goes red when `batch_end` (`shaders/shared/grid.wgsl`) forgets the
+/// batch.
 #[test]
 fn workgroups_beyond_the_batch_do_nothing() {
     let Some(gpu) = common::gpu() else { return };

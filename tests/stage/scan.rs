@@ -10,8 +10,8 @@ use isoforge::stage::scan::Scan;
 use isoforge::stage::scan::cpu::scan;
 use wgpu::BufferUsages as U;
 
-/// Goes red when `scan_partials` (`shaders/scan.wgsl`) leaves out the first chunk, and when `apply` writes
-/// the sum with the item instead of before it.
+/// Goes red when `apply` (`shaders/scan.wgsl`) adds the item before it writes the sum, and when the total
+/// behind the last item is missing.
 #[test]
 fn as_the_twin() {
     check("scan", &["offsets"]);
@@ -49,6 +49,8 @@ fn on_gpu(gpu: &Gpu, stage: &Scan, items: &[[u32; 2]], dispatched: u32, over_bri
     bytemuck::pod_collect_to_vec(&gpu.read(&counts, 8 * u64::from(n + 3)).unwrap())
 }
 
+/// Goes red when `scan_partials` leaves out the first chunk, which takes more bricks than the comparisons
+/// have.
 #[test]
 fn by_itself_at_every_length() {
     let Some(gpu) = common::gpu() else { return };

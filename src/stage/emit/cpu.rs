@@ -15,6 +15,27 @@ use crate::table::Table;
 use glam::{UVec3, Vec3};
 use multiversion::multiversion;
 
+/// 2⁻⁹⁰: differences below it are taken of scaled numbers. Some drivers flush results below 2⁻¹²⁶ to zero.
+const SMALL: f32 = f32::from_bits(37 << 23);
+/// 2⁻¹¹⁰: a gradient below it has no direction that every driver agrees on.
+const LEAST_GRADIENT: f32 = f32::from_bits(17 << 23);
+
+/// A small number times 2¹⁰⁰; 0 for those that some drivers take for 0 (below 2⁻¹²⁶).
+fn scaled(v: f32) -> f32 {
+    if v.is_subnormal() { 0.0 } else { v * f32::from_bits(227 << 23) }
+}
+
+/// Where between the edge's ends the value is iso; in the middle where the ends do not tell.
+fn crossing(iso: f32, a: f32, b: f32) -> f32 {
+    // The ends straddle iso: where they lie this close together, all three are small.
+    let t = if (b - a).abs() < SMALL {
+        (scaled(iso) - scaled(a)) / (scaled(b) - scaled(a))
+    } else {
+        (iso - a) / (b - a)
+    };
+    if a.is_finite() && b.is_finite() && t.is_finite() { t.clamp(0.0, 1.0) } else { 0.5 }
+}
+
 /// Vertices whose arithmetic is done together.
 const LANES: usize = 16;
 
@@ -28,7 +49,7 @@ fn largest(v: Vec3) -> f32 {
 /// `v` at unit length, or the fallback where v has no direction. Scaling first keeps the squares from
 /// overflowing and underflowing.
 pub fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
-    let known = largest(v) > 0.0 && v.is_finite();
+    let known = largest(v) >= LEAST_GRADIENT && v.is_finite();
     let w = if known { v } else { fallback };
     let scaled = w / largest(w);
     scaled / ((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z).sqrt()
@@ -52,12 +73,13 @@ impl Crossings {
     #[inline(always)]
     fn new() -> Self {
         let [owner, axis, position] = [[[0.0; LANES]; 3]; 3];
-        Self { owner, axis, ends: [[0.0; LANES]; 2], t: [0.0; LANES], position }
+        // Lanes that no edge fills must not look like the rare cases that are done one by one.
+        Self { owner, axis, ends: [[0.0; LANES], [1.0; LANES]], t: [0.0; LANES], position }
     }
 
     #[inline(always)]
     fn set(&mut self, i: usize, owner: [u32; 3], axis: usize, ends: [f32; 2]) {
-        for (k, &coordinate) in owner.iter().enumerate() {
+        for (k, coordinate) in owner.into_iter().enumerate() {
             self.owner[k][i] = coordinate as f32;
             self.axis[k][i] = if k == axis { 1.0 } else { 0.0 };
         }
@@ -70,13 +92,21 @@ impl Crossings {
     #[inline(always)]
     fn place(&mut self, params: &Params) {
         let [a, b] = &self.ends;
+        let mut small = false;
         for i in 0..LANES {
+            // `crossing`, without its rare case.
             let t = (params.iso - a[i]) / (b[i] - a[i]);
+            small |= (b[i] - a[i]).abs() < SMALL;
             let sure =
                 (a[i].abs() < f32::INFINITY) & (b[i].abs() < f32::INFINITY) & (t.abs() < f32::INFINITY);
             let t = if t < 0.0 { 0.0 } else { t };
             let t = if t > 1.0 { 1.0 } else { t };
             self.t[i] = if sure { t } else { 0.5 };
+        }
+        if small {
+            for i in 0..LANES {
+                self.t[i] = crossing(params.iso, a[i], b[i]);
+            }
         }
         for k in 0..3 {
             let [x, y, z] = [params.step_x[k], params.step_y[k], params.step_z[k]];
@@ -114,8 +144,10 @@ impl Crossings {
         for i in 0..LANES {
             let finite =
                 (x[i].abs() < f32::INFINITY) & (y[i].abs() < f32::INFINITY) & (z[i].abs() < f32::INFINITY);
-            let nonzero = (x[i] != 0.0) | (y[i] != 0.0) | (z[i] != 0.0);
-            unknown |= u32::from(!(finite & nonzero));
+            let long = (x[i].abs() >= LEAST_GRADIENT)
+                | (y[i].abs() >= LEAST_GRADIENT)
+                | (z[i].abs() >= LEAST_GRADIENT);
+            unknown |= u32::from(!(finite & long));
         }
         for (i, vertex) in vertices.iter_mut().take(LANES).enumerate() {
             let position = [self.position[0][i], self.position[1][i], self.position[2][i]];
@@ -199,7 +231,7 @@ fn volume_vertices<const INTERIOR: bool>(
     let mut edges = Edges::new(record);
     let mut batch = Crossings::new();
     // At both ends of the edges, along the axes.
-    let mut slopes = [[[0.0; LANES]; 3]; 2];
+    let mut slopes = [[[1.0; LANES]; 3]; 2];
     for vertices in vertices.chunks_mut(LANES) {
         for (i, ([x, y, z], axis)) in (0..vertices.len()).zip(&mut edges) {
             let mut point = [origin[0] + x, origin[1] + y, origin[2] + z];
@@ -295,7 +327,7 @@ fn field_vertices(
         }
         batch.place(params);
         let count = vertices.len();
-        let mut gradients = [[0.0; 3]; LANES];
+        let mut gradients = [[1.0; 3]; LANES];
         let [x, y, z] = &batch.position;
         let points = Points { x: &x[..count], y: &y[..count], z: &z[..count] };
         field.gradients(points, params.delta, &mut gradients[..count])?;

@@ -1,0 +1,59 @@
+//! `isoforge bench`.
+
+use super::args::BenchArgs;
+use super::{Failure, backend, say};
+use crate::bench::{Backend, BenchOptions, VolumeCase, run as measure};
+use crate::gpu::{AdapterChoice, Gpu};
+use crate::volume::{self, OpenOptions};
+
+/// Measures every stage and the whole, and prints a table or JSON.
+pub fn run(args: &BenchArgs) -> Result<(), Failure> {
+    let memory_budget = backend::memory_budget(None);
+    let opened = match (&args.volume, args.iso) {
+        (Some(path), Some(iso)) => {
+            let opened = volume::open(path, &OpenOptions { raw: None, max_bytes: Some(memory_budget) });
+            Some((opened.map_err(Failure::run)?.volume, iso))
+        }
+        _ => None,
+    };
+    let name = args.volume.as_ref().and_then(|p| p.file_name()).map(|n| n.to_string_lossy().into_owned());
+    let backends = match args.backend {
+        super::args::Backend::Auto => vec![Backend::Cpu, Backend::Gpu],
+        super::args::Backend::Gpu => vec![Backend::Gpu],
+        super::args::Backend::Cpu => vec![Backend::Cpu],
+    };
+    let gpu = match args.backend {
+        super::args::Backend::Cpu => None,
+        super::args::Backend::Gpu => Some(Gpu::open(AdapterChoice::Best).map_err(Failure::run)?),
+        super::args::Backend::Auto => Gpu::open(AdapterChoice::Best).ok(),
+    };
+    let options = BenchOptions {
+        sizes: args.sizes.clone(),
+        cases: args.cases.clone(),
+        volume: opened.as_ref().map(|(volume, iso)| VolumeCase {
+            name: name.as_deref().unwrap_or("volume"),
+            volume,
+            iso: *iso,
+        }),
+        arrays: args.arrays,
+        backends,
+        repeats: args.repeats,
+        seconds: args.seconds,
+        memory_budget,
+    };
+    let mut tell = |what: &str| {
+        if !args.quiet {
+            eprintln!("isoforge: measuring {what}");
+        }
+    };
+    let report = measure(&options, gpu.as_ref(), &mut tell).map_err(Failure::usage)?;
+    let json = serde_json::to_string(&report).map_err(Failure::run)?;
+    if let Some(path) = &args.json {
+        super::write_text(&json, path)?;
+    }
+    // Standard output is one JSON object and nothing else where that was asked for.
+    if args.json.as_deref() != Some(std::path::Path::new("-")) {
+        say(report.to_string().trim_end());
+    }
+    Ok(())
+}

@@ -1,0 +1,102 @@
+//! Grids cut into slabs and batches give the bytes of the uncut grid.
+//!
+//! Goes red when `compact` numbers bricks without the slab's first, and when `vertex_on` numbers vertices
+//! without the slab's first.
+
+use super::{bytes, read};
+use crate::common;
+use glam::{Mat3, Vec3};
+use isoforge::extract::{ExtractError, Extractor, Options, Source};
+use isoforge::grid::Grid;
+use std::collections::BTreeSet;
+
+/// Extracts within smaller and smaller budgets until none suffices; returns the numbers of slabs and
+/// batches that were seen.
+fn shrink_budget(extractor: &Extractor, source: &Source<'_>, iso: f32) -> BTreeSet<(u64, u32)> {
+    let uncut = extractor.extract(source, &Options::new(iso)).unwrap();
+    let mesh = read(extractor, &uncut);
+    assert!(!mesh.triangles.is_empty());
+    let mut seen = BTreeSet::new();
+    let mut budget = 4 * uncut.report.peak_bytes;
+    loop {
+        let options = Options { memory_budget: budget, ..Options::new(iso) };
+        match extractor.extract(source, &options) {
+            Ok(found) => {
+                assert!(bytes(&mesh) == bytes(&read(extractor, &found)), "within {budget} bytes");
+                assert!(found.report.peak_bytes <= budget);
+                let counted = [found.report.non_finite, found.report.active_bricks];
+                assert_eq!(counted, [uncut.report.non_finite, uncut.report.active_bricks]);
+                let space = extractor.prepare(source, budget).unwrap();
+                seen.insert((found.report.slabs, space.plan().batches));
+            }
+            Err(ExtractError::Budget { needed, budget: said, .. }) => {
+                assert!(needed > budget && said == budget);
+                return seen;
+            }
+            Err(error) => panic!("within {budget} bytes: {error}"),
+        }
+        budget = budget * 7 / 8;
+    }
+}
+
+#[test]
+fn volumes_by_budget() {
+    let Some(extractor) = common::extractor() else { return };
+    let cells = [43, 45, 117];
+    let grid = Grid::new(cells, Vec3::ZERO, Mat3::from_diagonal(Vec3::new(1.0, 1.1, 0.9))).unwrap();
+    // A slanted tube with beads of NaN: every layer of bricks has surface, and borders lie everywhere.
+    let volume = common::sampled(grid, |p| {
+        let v = 4.3 - ((p.x - 9.0).powi(2) + (p.y - 3.0 - p.z * 0.3).powi(2)).sqrt() + (p.z * 0.7).sin();
+        if (p.z as u32 % 16) == 8 && p.x < 6.0 { f32::NAN } else { v }
+    });
+    let seen = shrink_budget(extractor, &Source::Volume(&volume), 0.0);
+    assert!(seen.iter().any(|&(slabs, _)| slabs > 3), "slabs and batches: {seen:?}");
+}
+
+#[test]
+fn fields_by_budget() {
+    let Some(extractor) = common::extractor() else { return };
+    let (torus, _) = common::named("torus", 1);
+    // Much emptier than the torus' own box, so that the mesh takes little of the budget.
+    let (low, high) = (Vec3::new(-4.2, -3.1, -2.5), Vec3::new(3.1, 4.3, 3.6));
+    let grid = Grid::from_bounds([62, 59, 101], low, high).unwrap();
+    let seen = shrink_budget(extractor, &Source::Field(&torus, grid), 0.0);
+    assert!(seen.iter().any(|&(slabs, batches)| slabs == 1 && batches > 3), "slabs and batches: {seen:?}");
+    assert!(seen.iter().any(|&(slabs, _)| slabs > 1), "slabs and batches: {seen:?}");
+}
+
+/// A device that binds little cuts everything, and thinner again where a slab's part of the mesh is more
+/// than it binds.
+#[test]
+fn by_what_the_device_binds() {
+    let Some(whole) = common::extractor() else { return };
+    let (gyroid, _) = common::named("gyroid", 1);
+    let grid = Grid::from_bounds([71, 20, 65], Vec3::ZERO, Vec3::new(3.0, 1.0, 2.7)).unwrap();
+    let noise = common::noise(Grid::from_bounds([18, 17, 50], Vec3::ZERO, Vec3::ONE).unwrap(), 1);
+    let mut slabs = Vec::new();
+    for bytes_bound in [1u64 << 20, 400 << 10, 200 << 10] {
+        let limits = |all| wgpu::Limits {
+            max_storage_buffer_binding_size: bytes_bound,
+            max_buffer_size: 1 << 26,
+            ..all
+        };
+        let gpu = common::own_device(limits).unwrap();
+        let small = Extractor::new(gpu).unwrap();
+        for (source, iso) in [(Source::Field(&gyroid, grid), 0.1), (Source::Volume(&noise), 0.0)] {
+            let options = Options::new(iso);
+            let expected = read(whole, &whole.extract(&source, &options).unwrap());
+            match small.extract(&source, &options) {
+                Ok(found) => {
+                    assert!(bytes(&expected) == bytes(&read(&small, &found)), "binding {bytes_bound} bytes");
+                    slabs.push(found.report.slabs);
+                }
+                // One layer's part of the mesh is more than the device binds.
+                Err(ExtractError::Binding { needed, limit, .. }) => {
+                    assert!(needed > limit && limit == bytes_bound)
+                }
+                Err(error) => panic!("{error}"),
+            }
+        }
+    }
+    assert!(slabs.len() > 3 && slabs.iter().any(|&n| n > 3), "{slabs:?}");
+}

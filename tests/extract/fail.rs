@@ -1,0 +1,168 @@
+//! What cannot be done is an error: no panic, no hang, no allocation beforehand.
+
+use super::{bytes, on_cpu, read};
+use crate::common;
+use glam::{Mat3, Vec3};
+use isoforge::extract::{ExtractError, Extractor, Options, Source, extract_on_cpu};
+use isoforge::gpu::{GpuError, GpuMesh};
+use isoforge::grid::{Grid, GridError, MAX_CELLS};
+
+fn grid(cells: [u32; 3]) -> Grid {
+    Grid::new(cells, Vec3::ZERO, Mat3::IDENTITY).unwrap()
+}
+
+#[test]
+fn the_default_limits_of_webgpu_are_enough() {
+    let Some(gpu) = common::own_device(|_| wgpu::Limits::default()) else { return };
+    let extractor = Extractor::new(gpu).unwrap();
+    let (torus, grid) = common::named("torus", 30);
+    let volume = common::small_brain();
+    for (source, iso) in [(Source::Field(&torus, grid), 0.0), (Source::Volume(&volume), 10.0)] {
+        let options = Options::new(iso);
+        let found = read(&extractor, &extractor.extract(&source, &options).unwrap());
+        let twin = on_cpu(&source, &options);
+        assert_eq!(found.triangles, twin.triangles);
+        assert!(!extractor.gpu().is_software() || bytes(&found) == bytes(&twin));
+    }
+}
+
+#[test]
+fn huge_grids() {
+    let sphere = common::named("sphere", 1).0;
+    assert!(matches!(
+        Grid::new([MAX_CELLS + 1, 1, 1], Vec3::ZERO, Mat3::IDENTITY),
+        Err(GridError::Cells { axis: 'x', .. })
+    ));
+    // So many bricks that 32 bits do not count them.
+    for cells in [[MAX_CELLS; 3], [MAX_CELLS, 1, MAX_CELLS], [MAX_CELLS, MAX_CELLS, 1]] {
+        let source = Source::Field(&sphere, grid(cells));
+        let options = Options { memory_budget: 1 << 30, ..Options::new(1.0) };
+        let found = extract_on_cpu(&source, &options, &|_| {});
+        assert!(matches!(found, Err(ExtractError::TooManyBricks { .. })), "{cells:?}");
+        if let Some(extractor) = common::extractor() {
+            let found = extractor.extract(&source, &options);
+            assert!(matches!(found, Err(ExtractError::TooManyBricks { .. })), "{cells:?}");
+        }
+    }
+    // So many that they are counted, but fit nowhere.
+    for cells in [[MAX_CELLS, 1 << 15, 1], [1, MAX_CELLS, 1 << 15], [1 << 15, 1, MAX_CELLS], [4095; 3]] {
+        let source = Source::Field(&sphere, grid(cells));
+        let options = Options { memory_budget: 1 << 20, ..Options::new(1.0) };
+        let found = extract_on_cpu(&source, &options, &|_| {});
+        assert!(matches!(found, Err(ExtractError::Budget { .. })), "{cells:?}");
+        if let Some(extractor) = common::extractor() {
+            let found = extractor.extract(&source, &options);
+            assert!(matches!(found, Err(ExtractError::Budget { .. })), "{cells:?}: {found:?}");
+        }
+    }
+    // A layer that the device does not bind, however much memory there is.
+    if let Some(extractor) = common::extractor() {
+        let found =
+            extractor.extract(&Source::Field(&sphere, grid([MAX_CELLS, 1 << 15, 1])), &Options::new(1.0));
+        assert!(matches!(found, Err(ExtractError::Binding { .. })), "{found:?}");
+    }
+}
+
+#[test]
+fn too_small_a_budget() {
+    let (sphere, grid) = common::named("sphere", 40);
+    let volume = common::small_brain();
+    for source in [Source::Field(&sphere, grid), Source::Volume(&volume)] {
+        for memory_budget in [0, 1, 1000, 5000] {
+            let options = Options { memory_budget, ..Options::new(1.0) };
+            let is_budget = |found: Result<(), ExtractError>| match found {
+                Err(ExtractError::Budget { needed, budget, .. }) => {
+                    needed > budget && budget == memory_budget
+                }
+                _ => false,
+            };
+            assert!(is_budget(extract_on_cpu(&source, &options, &|_| {}).map(|_| ())), "{memory_budget}");
+            if let Some(extractor) = common::extractor() {
+                assert!(is_budget(extractor.extract(&source, &options).map(|_| ())), "{memory_budget}");
+                assert!(is_budget(extractor.prepare(&source, memory_budget).map(|_| ())), "{memory_budget}");
+            }
+        }
+        // Enough for everything but the mesh.
+        let report = extract_on_cpu(&source, &Options::new(1.0), &|_| {}).unwrap().1;
+        let options = Options { memory_budget: report.peak_bytes - 1, ..Options::new(1.0) };
+        let found = extract_on_cpu(&source, &options, &|_| {});
+        assert!(matches!(found, Err(ExtractError::Budget { needed, .. }) if needed == report.peak_bytes));
+        let options = Options { memory_budget: report.peak_bytes, ..Options::new(1.0) };
+        assert!(extract_on_cpu(&source, &options, &|_| {}).is_ok());
+    }
+}
+
+#[test]
+fn iso_values_that_are_not_finite() {
+    let (sphere, grid) = common::named("sphere", 8);
+    let source = Source::Field(&sphere, grid);
+    for iso in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let options = Options::new(iso);
+        assert!(matches!(extract_on_cpu(&source, &options, &|_| {}), Err(ExtractError::Iso(_))));
+        if let Some(extractor) = common::extractor() {
+            assert!(matches!(extractor.extract(&source, &options), Err(ExtractError::Iso(_))));
+        }
+    }
+}
+
+/// A mesh that fits slab by slab but is longer than one buffer of the device.
+#[test]
+fn meshes_longer_than_a_buffer() {
+    let limits =
+        |all| wgpu::Limits { max_storage_buffer_binding_size: 1 << 20, max_buffer_size: 1 << 20, ..all };
+    let Some(gpu) = common::own_device(limits) else { return };
+    let extractor = Extractor::new(gpu).unwrap();
+    let (gyroid, _) = common::named("gyroid", 1);
+    let grid = Grid::from_bounds([40, 40, 90], Vec3::ZERO, Vec3::new(4.0, 4.0, 9.0)).unwrap();
+    let found = extractor.extract(&Source::Field(&gyroid, grid), &Options::new(0.0));
+    let Err(ExtractError::MeshBuffer { needed, limit, .. }) = found else { panic!("{found:?}") };
+    assert!(needed > limit && limit <= 1 << 20);
+    // The same asked of the buffers themselves.
+    let found = GpuMesh::with_capacity(extractor.gpu(), 50_000, 10).map(|_| ());
+    assert!(matches!(found, Err(GpuError::OutOfMemory { bytes, .. }) if bytes > limit), "{found:?}");
+}
+
+fn is_lost<T>(found: Result<T, ExtractError>) -> bool {
+    match found {
+        Err(ExtractError::Gpu(GpuError::Lost(_))) => true,
+        Err(error) => panic!("{error:?}"),
+        Ok(_) => false,
+    }
+}
+
+#[test]
+fn a_lost_device_is_said_to_be_lost() {
+    let (torus, grid) = common::named("torus", 12);
+    let volume = common::small_brain();
+    for (source, iso) in [(Source::Field(&torus, grid), 0.0), (Source::Volume(&volume), 10.0)] {
+        let options = Options::new(iso);
+        let Some(gpu) = common::own_device(|all| all) else { return };
+        let extractor = Extractor::new(gpu.clone()).unwrap();
+        let space = extractor.prepare(&source, u64::MAX).unwrap();
+        let found = extractor.extract_in(&space, &source, &options, &|_| {}).unwrap();
+        let mesh = GpuMesh::with_capacity(&gpu, 10_000, 20_000).unwrap();
+        gpu.device.destroy();
+        assert!(is_lost(extractor.extract_in(&space, &source, &options, &|_| {})));
+        assert!(is_lost(extractor.extract(&source, &options)));
+        assert!(is_lost(extractor.prepare(&source, u64::MAX)));
+        assert!(matches!(found.mesh.read(&gpu), Err(GpuError::Lost(_))));
+        assert!(is_lost(Extractor::new(gpu.clone())));
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        assert!(is_lost(extractor.encode(&space, &mut encoder, &options, &mesh)));
+    }
+    // Nobody has waited since: recording alone finds out, too.
+    if let Some(gpu) = common::own_device(|all| all) {
+        let extractor = Extractor::new(gpu.clone()).unwrap();
+        let space = extractor.prepare(&Source::Field(&torus, grid), u64::MAX).unwrap();
+        let mesh = GpuMesh::with_capacity(&gpu, 10_000, 20_000).unwrap();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        gpu.device.destroy();
+        assert!(is_lost(extractor.encode(&space, &mut encoder, &Options::new(0.0), &mesh)));
+    }
+    // Lost while nobody looks, between preparing and the first call.
+    let source = Source::Field(&torus, grid);
+    let Some(gpu) = common::own_device(|all| all) else { return };
+    let extractor = Extractor::new(gpu.clone()).unwrap();
+    gpu.device.destroy();
+    assert!(is_lost(extractor.extract(&source, &Options::new(0.0))));
+}

@@ -1,0 +1,229 @@
+//! Every assembled shader, without a GPU: it parses and validates, its structures lie as in Rust, its
+//! bindings are those of `gpu::kernel::binding`, and it stays within what every adapter has.
+
+use isoforge::field::user::UserField;
+use isoforge::field::{Field, PARAMETER_VECTORS, Sense, Wgsl, named};
+use isoforge::gpu::MESH_HEADER_BYTES;
+use isoforge::gpu::kernel::{binding, parse};
+use isoforge::stage::classify::BrickRecord;
+use isoforge::stage::params::{Params, Work};
+use isoforge::stage::shaders::{self, Samples};
+use naga::proc::Layouter;
+use naga::valid::ModuleInfo;
+use naga::{AddressSpace, Module, TypeInner};
+
+/// Fields of every kind: named, and users' without a gradient, with loops, helpers, constants, structures and
+/// names that the library uses.
+fn fields() -> Vec<(String, Wgsl)> {
+    let users = [
+        ("plain", "fn density(p: vec3<f32>) -> f32 { return p.x; }"),
+        (
+            "loops",
+            "fn density(p: vec3<f32>) -> f32 {
+                var s = 0.0;
+                for (var i = 0; i < 4; i++) { var t = p.y; while t < 1.0 { t += 0.3; } s += t; }
+                loop { s *= 0.5; continuing { s -= 0.1; break if s < 1.0; } }
+                switch i32(p.z) { case 1: { loop { if s > 0.0 { break; } s += 1.0; } } default: {} }
+                return s;
+            }",
+        ),
+        (
+            "names of ours",
+            "struct Params { work: f32, iso: f32 }
+            struct BrickRecord { rows: array<f32, 3> }
+            const params = 1.5;
+            const MAX_GROUPS = 2;
+            fn is_inside(slots: Params) -> f32 { return slots.work + slots.iso; }
+            fn sin_turns(vertices: f32) -> f32 { return vertices; }
+            fn report_runaway() -> f32 { return 1.0; }
+            fn density_gradient(records: f32) -> f32 { return records; }
+            fn density(samples: vec3<f32>) -> f32 {
+                var work = BrickRecord(array<f32, 3>(samples.x, samples.y, samples.z));
+                let header = is_inside(Params(work.rows[1], params));
+                return sin_turns(header) + report_runaway() + density_gradient(f32(MAX_GROUPS));
+            }",
+        ),
+    ];
+    let named = named::ALL.iter().map(|d| {
+        let field = named::Named::new(d.name).unwrap();
+        (d.name.to_string(), field.wgsl().unwrap())
+    });
+    let users = users.into_iter().map(|(name, source)| {
+        let field = UserField::new(source, name, Sense::Below).unwrap_or_else(|e| panic!("{e}"));
+        (format!("user: {name}"), field.wgsl().unwrap())
+    });
+    named.chain(users).collect()
+}
+
+/// Name, source, module and analysis of every shader.
+fn all() -> Vec<(String, Module, ModuleInfo)> {
+    let mut sources = vec![
+        ("scan".to_string(), shaders::scan()),
+        ("cull, volume".into(), shaders::cull(Samples::Volume)),
+        ("classify, volume".into(), shaders::classify(Samples::Volume)),
+        ("emit, volume".into(), shaders::emit(Samples::Volume)),
+    ];
+    for (name, wgsl) in fields() {
+        let samples = Samples::Field(&wgsl);
+        sources.push((format!("cull, {name}"), shaders::cull(samples)));
+        sources.push((format!("sample, {name}"), shaders::sample(&wgsl)));
+        sources.push((format!("classify, {name}"), shaders::classify(samples)));
+        sources.push((format!("emit, {name}"), shaders::emit(samples)));
+    }
+    let parsed = sources.into_iter().map(|(name, source)| match parse(&source) {
+        Ok((module, info)) => (name, module, info),
+        Err(e) => panic!("{name}: {e}"),
+    });
+    parsed.collect()
+}
+
+/// Goes red when any shader uses a word that WGSL reserves, or a name twice.
+#[test]
+fn every_shader_is_valid() {
+    let all = all();
+    let entries: Vec<&str> =
+        all.iter().flat_map(|(_, m, _)| &m.entry_points).map(|e| e.name.as_str()).collect();
+    for entry in [
+        "range",
+        "cull",
+        "keep_all",
+        "compact",
+        "sample",
+        "classify",
+        "reduce",
+        "scan_partials",
+        "apply",
+        "emit_vertices",
+        "emit_indices",
+        "totals",
+    ] {
+        assert!(entries.contains(&entry), "{entry}");
+    }
+}
+
+/// Name and offset of every member of a structure, and its size.
+fn layout(module: &Module, name: &str) -> Option<(Vec<(String, usize)>, usize)> {
+    let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name))?;
+    let TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no structure") };
+    let members = members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect();
+    Some((members, *span as usize))
+}
+
+macro_rules! members {
+    ($of:ty: $($field:ident)*) => {
+        (vec![$((stringify!($field).to_string(), std::mem::offset_of!($of, $field))),*], size_of::<$of>())
+    };
+}
+
+/// Goes red when two members of `Params` change places in `shaders/shared/params.wgsl` alone.
+#[test]
+fn structures_lie_as_in_rust() {
+    let params = members!(Params: origin delta step_x iso step_y iso_key step_z flip outward_x outward_sign
+        outward_y mirrored outward_z first_plane points first_brick bricks slab_bricks own_bricks first_slot
+        first_vertex first_triangle vertex_window vertex_capacity triangle_window triangle_capacity);
+    let work =
+        members!(Work: active_bricks own_active vertices triangles non_finite runaway batch_slots batches);
+    let record = members!(BrickRecord: rows planes triangles);
+    for (expected, name, least) in [(params, "Params", 20), (work, "Work", 20), (record, "BrickRecord", 10)] {
+        let all = all();
+        // The prefix of users' own structures keeps them apart from ours.
+        let found: Vec<_> =
+            all.iter().filter_map(|(shader, m, _)| Some((shader, layout(m, name)?))).collect();
+        assert!(found.len() >= least, "{name} is in {} shaders", found.len());
+        for (shader, layout) in found {
+            assert_eq!(layout, expected, "{name} in {shader}");
+        }
+    }
+}
+
+fn number_of(name: &str) -> Option<(usize, bool)> {
+    use binding as b;
+    let (number, uniform) = match name {
+        "params" => (b::PARAMS, true),
+        "work" => (b::WORK, false),
+        "source" => (b::SOURCE, false),
+        "ranges" => (b::RANGES, false),
+        "marks" => (b::MARKS, false),
+        "slots" => (b::SLOTS, false),
+        "active_list" => (b::ACTIVE, false),
+        "dispatches" => (b::DISPATCHES, false),
+        "records" => (b::RECORDS, false),
+        // Counts of classify become offsets by their scan.
+        "counts" | "offsets" => (b::COUNTS, false),
+        "table" => (b::TABLE, true),
+        "partials" => (b::PARTIALS, false),
+        "samples" => (b::SAMPLES, false),
+        "vertices" => (b::VERTICES, false),
+        "indices" => (b::INDICES, false),
+        "header" => (b::HEADER, false),
+        "field_parameters" => (b::FIELD, true),
+        _ => return None,
+    };
+    Some((number, uniform))
+}
+
+/// Goes red when a shader binds `records` at 9, say.
+#[test]
+fn bindings_are_the_named_ones() {
+    let mut seen = vec![false; binding::COUNT];
+    for (shader, module, _) in all() {
+        for (_, variable) in module.global_variables.iter() {
+            let Some(resource) = &variable.binding else {
+                assert!(
+                    matches!(variable.space, AddressSpace::WorkGroup | AddressSpace::Private),
+                    "{shader}: {variable:?}"
+                );
+                continue;
+            };
+            let name = variable.name.as_deref().unwrap();
+            let (number, uniform) =
+                number_of(name).unwrap_or_else(|| panic!("{shader}: {name}: no such binding"));
+            assert_eq!((resource.group, resource.binding), (0, number as u32), "{shader}: {name}");
+            assert_eq!(variable.space == AddressSpace::Uniform, uniform, "{shader}: {name}");
+            seen[number] = true;
+            let mut layouter = Layouter::default();
+            layouter.update(module.to_ctx()).unwrap();
+            let size = u64::from(layouter[variable.ty].size);
+            match name {
+                "table" => assert_eq!(size, 2048),
+                "header" => assert_eq!(size, MESH_HEADER_BYTES),
+                "field_parameters" => assert_eq!(size, 16 * PARAMETER_VECTORS as u64),
+                _ => {}
+            }
+        }
+    }
+    assert_eq!(seen, vec![true; binding::COUNT]);
+}
+
+/// What WebGPU promises of every adapter; SwiftShader has little more.
+#[test]
+fn shaders_stay_within_every_adapters_limits() {
+    let limits = wgpu::Limits::default();
+    for (shader, module, info) in all() {
+        let mut layouter = Layouter::default();
+        layouter.update(module.to_ctx()).unwrap();
+        for (i, entry) in module.entry_points.iter().enumerate() {
+            let used = info.get_entry_point(i);
+            let used = || module.global_variables.iter().filter(|(handle, _)| !used[*handle].is_empty());
+            let of = |wanted: fn(&AddressSpace) -> bool| used().filter(move |(_, v)| wanted(&v.space));
+            let storage = of(|space| matches!(space, AddressSpace::Storage { .. })).count() as u32;
+            let name = format!("{shader}: {}", entry.name);
+            assert!(storage <= limits.max_storage_buffers_per_shader_stage, "{name}: {storage} buffers");
+            let shared: u32 =
+                of(|space| *space == AddressSpace::WorkGroup).map(|(_, v)| layouter[v.ty].size).sum();
+            assert!(shared <= limits.max_compute_workgroup_storage_size, "{name}: {shared} bytes");
+            let threads: u32 = entry.workgroup_size.iter().product();
+            assert!(
+                (1..=limits.max_compute_invocations_per_workgroup).contains(&threads),
+                "{name}: {threads}"
+            );
+            assert!(entry.workgroup_size[2] <= limits.max_compute_workgroup_size_z, "{name}");
+        }
+    }
+    let numbers = [
+        limits.max_storage_buffers_per_shader_stage,
+        limits.max_compute_workgroup_storage_size,
+        limits.max_compute_invocations_per_workgroup,
+    ];
+    assert_eq!(numbers, [8, 16384, 256]);
+}
