@@ -27,9 +27,9 @@ pub fn sample(
 fn positions(params: &Params, origin: UVec3, out: [&mut [f32; SAMPLES_PER_BRICK]; 3]) {
     let origin = origin.to_array();
     let mut point = [[0.0; 9]; 3];
-    for axis in 0..3 {
-        for local in 0..9 {
-            point[axis][local] = (origin[axis] + local as u32).min(params.points[axis] - 1) as f32;
+    for (axis, point) in point.iter_mut().enumerate() {
+        for (local, coordinate) in (0..).zip(point) {
+            *coordinate = (origin[axis] + local).min(params.points[axis] - 1) as f32;
         }
     }
     for (k, out) in out.into_iter().enumerate() {
