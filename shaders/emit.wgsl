@@ -69,7 +69,7 @@ fn unit_or(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
     return scaled / sqrt((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z);
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(LANES)
 fn emit_vertices(
     @builtin(local_invocation_index) lane: u32,
     @builtin(workgroup_id) group: vec3<u32>,
@@ -82,7 +82,7 @@ fn emit_vertices(
     let origin = brick_origin(active_list[slot]);
     let first = offsets[slot].x;
     let count = offsets[slot + 1u].x - first;
-    for (var k = lane; k < count; k += 64u) {
+    for (var k = lane; k < count; k += LANES) {
         let place = params.first_vertex + first + k - params.vertex_window;
         if place >= params.vertex_capacity {
             break;

@@ -13,7 +13,7 @@ pub use report::{BenchReport, Row, Seconds};
 
 use crate::extract::{ExtractError, Extractor, Options, Report, STAGES, Source, extract_on_cpu};
 use crate::field::named::{NameError, Named};
-use crate::field::{Field, Points};
+use crate::field::{Field, Points, Sense};
 use crate::gpu::Gpu;
 use crate::grid::{Grid, GridError};
 use crate::volume::Volume;
@@ -138,14 +138,15 @@ pub fn run(
     let mut bench = Bench { options, extractor, rows: Vec::new(), skipped, progress };
     for (field, grid) in &inputs {
         let (name, iso) = (field.definition().name, field.definition().iso);
-        bench.both(name, iso, &Source::Field(field, *grid));
+        let sense = field.sense();
+        bench.both(name, iso, sense, &Source::Field(field, *grid));
         if options.arrays {
             let volume = sampled(field, *grid);
-            bench.both(name, iso, &Source::Volume(&volume));
+            bench.both(name, iso, sense, &Source::Volume(&volume));
         }
     }
     if let Some(VolumeCase { name, volume, iso }) = options.volume {
-        bench.both(name, iso, &Source::Volume(volume));
+        bench.both(name, iso, Sense::Above, &Source::Volume(volume));
     }
     Ok(BenchReport { machine, rows: bench.rows, skipped: bench.skipped })
 }
@@ -183,22 +184,14 @@ struct Times {
 
 impl Bench<'_> {
     /// The rows of one input on the backends asked for.
-    fn both(&mut self, name: &str, iso: f32, source: &Source<'_>) {
+    fn both(&mut self, name: &str, iso: f32, sense: Sense, source: &Source<'_>) {
         let input = match source {
             Source::Field(..) => Input::Analytic,
             Source::Volume(_) => Input::Volume,
         };
         let cells = source.grid().cells();
-        let options = Options {
-            sense: match source {
-                Source::Field(field, _) => Some(field.sense()),
-                // Fields put into arrays keep their side.
-                Source::Volume(_) if Named::new(name).is_ok() => Some(crate::field::Sense::Below),
-                Source::Volume(_) => None,
-            },
-            memory_budget: self.options.memory_budget,
-            ..Options::new(iso)
-        };
+        let options =
+            Options { sense: Some(sense), memory_budget: self.options.memory_budget, ..Options::new(iso) };
         for &backend in &self.options.backends {
             let label = format!("{name} {}×{}×{} {input:?} on {backend:?}", cells.x, cells.y, cells.z);
             let times = match (backend, &self.extractor) {

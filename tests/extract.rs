@@ -9,6 +9,8 @@ mod cut;
 mod fail;
 #[path = "extract/user.rs"]
 mod user;
+#[path = "extract/workspace.rs"]
+mod workspace;
 
 use glam::{Mat3, Vec3};
 use isoforge::extract::{Extraction, Extractor, Options, Source, extract_on_cpu};

@@ -62,9 +62,6 @@ pub struct SourceArgs {
     /// Which side of iso is inside [default: below for fields, above for volumes]
     #[arg(long, value_enum)]
     pub inside: Option<Side>,
-
-    #[command(flatten)]
-    pub raw: RawArgs,
 }
 
 /// How a .raw or .bin file is laid out.
@@ -79,21 +76,21 @@ pub struct RawArgs {
     #[arg(long = "type", value_name = "TYPE", value_parser = Scalar::from_str, requires = "dims")]
     pub scalar: Option<Scalar>,
 
-    /// Its byte order: little or big
-    #[arg(long, value_parser = Endian::from_str, default_value = "little", hide_possible_values = true)]
-    pub endian: Endian,
+    /// Its byte order: little or big [default: little]
+    #[arg(long, value_parser = Endian::from_str, requires = "dims")]
+    pub endian: Option<Endian>,
 
-    /// Distance of its samples, in world units
-    #[arg(long, value_name = "X,Y,Z", value_parser = triple, default_value = "1,1,1")]
-    pub spacing: Triple,
+    /// Distance of its samples, in world units [default: 1,1,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, requires = "dims", allow_hyphen_values = true)]
+    pub spacing: Option<Triple>,
 
-    /// World position of its first sample
-    #[arg(long, value_name = "X,Y,Z", value_parser = triple, default_value = "0,0,0", allow_hyphen_values = true)]
-    pub origin: Triple,
+    /// World position of its first sample [default: 0,0,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, requires = "dims", allow_hyphen_values = true)]
+    pub origin: Option<Triple>,
 
-    /// Bytes before its first sample
-    #[arg(long, value_name = "BYTES", default_value_t = 0)]
-    pub skip_bytes: u64,
+    /// Bytes before its first sample [default: 0]
+    #[arg(long, value_name = "BYTES", requires = "dims")]
+    pub skip_bytes: Option<u64>,
 }
 
 #[derive(Debug, Args)]
@@ -126,6 +123,9 @@ pub struct ExtractArgs {
 
     #[command(flatten)]
     pub picture: PictureArgs,
+
+    #[command(flatten)]
+    pub raw: RawArgs,
 }
 
 /// Where and within which limits the work is done.
@@ -164,7 +164,8 @@ pub struct PictureArgs {
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1024x768")]
     pub size: Size,
 
-    /// lit; normals as colours; or debug: magenta where the winding is wrong, yellow where normals are
+    /// lit; normals as colours; or debug: magenta for triangles seen from behind (on a closed surface seen
+    /// from outside, a fault), yellow where the normal and the winding disagree
     #[arg(long, value_enum, default_value = "lit")]
     pub shade: ShadeArg,
 
@@ -191,6 +192,9 @@ pub struct CheckArgs {
 pub struct CompareArgs {
     #[command(flatten)]
     pub source: SourceArgs,
+
+    #[command(flatten)]
+    pub raw: RawArgs,
 }
 
 #[derive(Debug, Args)]

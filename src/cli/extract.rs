@@ -4,9 +4,10 @@ use super::args::{Backend, ExtractArgs};
 use super::progress::Progress;
 use super::source::Loaded;
 use super::stats::{Seconds, Stats};
+use super::watchdog::Watchdog;
 use super::{Failure, backend, picture, source};
 use crate::extract::{ExtractError, Extractor, Options, Report, Source, extract_on_cpu, stage_index};
-use crate::gpu::{Gpu, GpuMesh};
+use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::mesh::{Mesh, write};
 use std::path::Path;
 use std::time::Instant;
@@ -30,18 +31,22 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     };
 
     progress.phase("reading");
-    let (loaded, notes) = source::load(&args.source, memory_budget)?;
+    let (loaded, notes) = source::load(&args.source, &args.raw, memory_budget)?;
     let read = start.elapsed().as_secs_f64();
     notes.iter().for_each(|note| remark(note));
     let options = loaded.options(&args.source, memory_budget)?;
     let source = loaded.source();
+    if let Some(text) = source::precision_remark(source.grid()) {
+        remark(&text);
+    }
 
     let (gpu, note) = backend::choose(&args.run, &source)?;
     if let Some(note) = note {
         remark(&note);
     }
     progress.phase("extracting");
-    let (made, report) = extract(args, gpu, &source, &options, &progress, &remark)?;
+    let watchdog = gpu.as_ref().map(|_| Watchdog::new(args.run.time_limit));
+    let (made, report) = extract(args, gpu, &source, &options, &progress, watchdog.as_ref(), &remark)?;
     if report.non_finite > 0 {
         remark(&format!("{} samples are NaN or infinite and count as outside", report.non_finite));
     }
@@ -78,6 +83,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         Made::Gpu(_) => None,
         Made::Cpu(mesh) => Some(mesh),
     };
+    drop(watchdog);
     let finished = finish(args, mesh, &mut seconds, &progress)?;
     drop(progress);
 
@@ -121,15 +127,21 @@ fn check_targets(args: &ExtractArgs) -> Result<(), Failure> {
         }
         picture::check(&args.picture, path)?;
     }
-    if let Some(path) = args.stats.as_deref().filter(|p| *p != Path::new("-")) {
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        if !folder.is_dir() {
-            return Err(Failure::run(format!(
-                "--stats {}: the folder {} is not there: make it, or name another",
-                path.display(),
-                folder.display()
-            )));
+    let outputs =
+        [&args.output, &args.png, &args.stats].map(|p| p.as_deref().filter(|p| *p != Path::new("-")));
+    for (i, path) in outputs.iter().enumerate() {
+        if path.is_some() && outputs[..i].contains(path) {
+            return Err(Failure::usage("two outputs have the same file name: name another"));
         }
+    }
+    if let Some(path) = args.stats.as_deref().filter(|p| *p != Path::new("-")) {
+        crate::atomic::temporary_beside(path).map_err(|e| {
+            let folder = crate::atomic::folder_of(path).display();
+            Failure::run(format!(
+                "--stats {}: no file can be made in {folder}: {e}; name another folder",
+                path.display()
+            ))
+        })?;
     }
     Ok(())
 }
@@ -140,15 +152,20 @@ fn extract(
     source: &Source<'_>,
     options: &Options,
     progress: &Progress,
+    watchdog: Option<&Watchdog>,
     remark: &dyn Fn(&str),
 ) -> Result<(Made, Report), Failure> {
     if let Some(gpu) = gpu {
-        let extraction = Extractor::new(gpu.clone())
-            .and_then(|extractor| extractor.extract_with(source, options, &|part| progress.set(part)));
+        let extraction = Extractor::new(gpu.clone()).and_then(|extractor| {
+            extractor.extract_with(source, options, &|part| {
+                watchdog.inspect(|w| w.alive());
+                progress.set(part);
+            })
+        });
         match extraction {
             Ok(extraction) => return Ok((Made::Gpu(Box::new((gpu, extraction.mesh))), extraction.report)),
             // Chosen by us, not by the user: take the path that can.
-            Err(error @ ExtractError::Binding { .. }) if args.run.backend == Backend::Auto => {
+            Err(error) if args.run.backend == Backend::Auto && is_limit_of_gpu(&error) => {
                 remark(&format!("{error}; the CPU does it"));
             }
             Err(error) => return Err(Failure::run(error)),
@@ -160,7 +177,19 @@ fn extract(
     Ok((Made::Cpu(mesh), report))
 }
 
+/// Whether the CPU can do what the GPU could not for its limits.
+fn is_limit_of_gpu(error: &ExtractError) -> bool {
+    matches!(
+        error,
+        ExtractError::Binding { .. }
+            | ExtractError::MeshBuffer { .. }
+            | ExtractError::Gpu(GpuError::OutOfMemory { .. })
+    )
+}
+
 fn empty_message(loaded: &Loaded, options: &Options, made: &Made) -> String {
+    // The GPU looks at a coarse grid.
+    let about = if matches!(made, Made::Gpu(_)) { "about " } else { "" };
     let range = match (made, &loaded.source()) {
         (Made::Gpu(made), source) => {
             Extractor::new(made.0.clone()).and_then(|e| e.value_range(source)).ok().flatten()
@@ -168,7 +197,7 @@ fn empty_message(loaded: &Loaded, options: &Options, made: &Made) -> String {
         (Made::Cpu(_), source) => source.value_range(),
     };
     let range = range.map_or("the field has no finite value there".into(), |(low, high)| {
-        format!("the field runs from {low} to {high} there")
+        format!("the field runs from {about}{low} to {about}{high} there")
     });
     format!("the mesh is empty: no sample crosses iso {}; {range}", options.iso)
 }

@@ -13,6 +13,7 @@ mod picture;
 mod progress;
 mod source;
 mod stats;
+mod watchdog;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -88,8 +89,7 @@ fn write_text(text: &str, path: &Path) -> Result<(), Failure> {
             path.display()
         ))
     };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
+    let mut file = crate::atomic::temporary_beside(path).map_err(failed)?;
     std::io::Write::write_all(&mut file, format!("{text}\n").as_bytes()).map_err(failed)?;
     file.persist(path).map_err(|e| failed(e.error))?;
     Ok(())

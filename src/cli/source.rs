@@ -1,7 +1,7 @@
 //! What the first argument names: a field, a WGSL file, or a volume.
 
 use super::Failure;
-use super::args::SourceArgs;
+use super::args::{RawArgs, SourceArgs};
 use crate::extract::{Options, Source};
 use crate::field::named::Named;
 use crate::field::user::UserField;
@@ -51,14 +51,20 @@ impl Loaded {
 }
 
 /// Loads what `args` name; the second value is remarks for the user.
-pub fn load(args: &SourceArgs, memory_budget: u64) -> Result<(Loaded, Vec<String>), Failure> {
+pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<(Loaded, Vec<String>), Failure> {
     let path = Path::new(&args.source);
+    if raw.dims.is_some() && !volume::is_raw_ending(path) {
+        return Err(Failure::usage(format!(
+            "--dims, --type and what goes with them describe .raw and .bin files; {} says itself how it is laid out",
+            args.source
+        )));
+    }
     let ending = path.extension().map(|e| e.to_ascii_lowercase());
     if ending.as_deref().is_some_and(|e| e == "wgsl") {
         return load_wgsl(args, path);
     }
     if volume::is_volume_ending(path) {
-        return load_volume(args, path, memory_budget);
+        return load_volume(args, raw, path, memory_budget);
     }
     if ending.is_some() || args.source.contains(['/', '\\']) || path.exists() {
         return Err(Failure::usage(format!(
@@ -97,11 +103,18 @@ fn load_wgsl(args: &SourceArgs, path: &Path) -> Result<(Loaded, Vec<String>), Fa
     Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0 }, Vec::new()))
 }
 
+/// A remark where neighbouring points of the grid are hardly different numbers.
+pub fn precision_remark(grid: &Grid) -> Option<String> {
+    let far = grid.position(grid.cells().as_vec3()).abs().max(grid.origin().abs()).max_element();
+    let units = grid.shortest_step() / (far * f32::EPSILON);
+    (units < 16.0).then(|| {
+        format!("the grid's steps are {units:.1} units in the last place of its coordinates (32-bit floats): vertices will \
+                 fall together; move the grid towards the origin or coarsen it")
+    })
+}
+
 /// The grid of a field.
 fn grid(args: &SourceArgs, half_edge: f32) -> Result<Grid, Failure> {
-    if args.raw.dims.is_some() {
-        return Err(Failure::usage("--dims is for raw volumes; a field's grid is set by -n"));
-    }
     let half = args.half_edge.unwrap_or(half_edge);
     if !(half.is_finite() && half > 0.0) {
         return Err(Failure::usage(format!("-L {half}: give half the edge of the cube, a number over zero")));
@@ -113,7 +126,12 @@ fn grid(args: &SourceArgs, half_edge: f32) -> Result<Grid, Failure> {
     })
 }
 
-fn load_volume(args: &SourceArgs, path: &Path, memory_budget: u64) -> Result<(Loaded, Vec<String>), Failure> {
+fn load_volume(
+    args: &SourceArgs,
+    raw: &RawArgs,
+    path: &Path,
+    memory_budget: u64,
+) -> Result<(Loaded, Vec<String>), Failure> {
     let only_fields = [
         (args.cells.is_some(), "-n"),
         (args.half_edge.is_some(), "-L"),
@@ -125,14 +143,22 @@ fn load_volume(args: &SourceArgs, path: &Path, memory_budget: u64) -> Result<(Lo
             "{flag} is for fields; a volume has its own grid, from its file"
         )));
     }
-    let raw = args.raw.dims.zip(args.raw.scalar).map(|(dims, scalar)| RawLayout {
-        dims,
-        scalar,
-        endian: args.raw.endian,
-        spacing: args.raw.spacing.0,
-        origin: args.raw.origin.0,
-        skip_bytes: args.raw.skip_bytes,
-    });
+    let raw = match (raw.dims, raw.scalar) {
+        (Some(dims), Some(scalar)) => {
+            if dims.contains(&0) {
+                return Err(Failure::usage("--dims: each axis has at least 2 samples"));
+            }
+            let plain = RawLayout::new(dims, scalar);
+            Some(RawLayout {
+                endian: raw.endian.unwrap_or(plain.endian),
+                spacing: raw.spacing.map_or(plain.spacing, |t| t.0),
+                origin: raw.origin.map_or(plain.origin, |t| t.0),
+                skip_bytes: raw.skip_bytes.unwrap_or(plain.skip_bytes),
+                ..plain
+            })
+        }
+        _ => None,
+    };
     let options = OpenOptions { raw, max_bytes: Some(memory_budget) };
     let opened = volume::open(path, &options).map_err(|error| match error {
         volume::OpenError::NoLayout { .. } => Failure::usage(format!("{error}: --dims X,Y,Z --type TYPE")),

@@ -6,7 +6,7 @@ use crate::grid::SAMPLES_PER_BRICK;
 use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
-use crate::stage::cull::cpu::{compact, cull, keep_all, range};
+use crate::stage::cull::cpu::{NO_SLOT, compact, cull, keep_all, range};
 use crate::stage::emit::cpu::{Beside, EdgeNumbers, emit_field_vertices, emit_indices, emit_volume_vertices};
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
@@ -14,8 +14,10 @@ use crate::stage::sample::cpu::sample;
 use crate::stage::samples::Samples;
 use crate::stage::scan::cpu::scan;
 use crate::table::MARCHING_CUBES;
+use bytemuck::Zeroable;
 use glam::UVec3;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Bricks that one task takes.
@@ -65,31 +67,32 @@ pub fn extract_on_cpu(
     drop(marks);
     clock.lap(at::CULL);
 
-    let record_bytes = brick_bytes + active.len() * (size_of::<BrickRecord>() + 8 + 4);
-    budget("the records of the active bricks", record_bytes)?;
     let done = Progress::new(progress, active.len());
-    let mut records: Vec<BrickRecord> = bytemuck::zeroed_vec(active.len());
-    let mut counts = vec![[0; 2]; active.len() + 1];
-    let classified = records
-        .par_chunks_mut(TASK)
-        .zip(counts[..active.len()].par_chunks_mut(TASK))
-        .zip(active.par_chunks(TASK));
-    non_finite += classified
-        .map(|((records, counts), bricks)| {
-            let mut scratch = [0.0; SAMPLES_PER_BRICK];
-            let mut odd = 0;
-            for ((record, count), &brick) in records.iter_mut().zip(counts).zip(bricks) {
-                let origin = params.brick_origin(brick);
-                let samples = brick_samples(source, &params, origin, &mut scratch)?;
-                *count = classify(&MARCHING_CUBES, inside, &samples, record);
-                if matches!(source, Source::Field(..)) {
-                    odd += owned_non_finite(&samples);
-                }
-            }
-            done.add(bricks.len());
-            Ok(odd)
-        })
-        .try_reduce(|| 0, |a, b| Ok::<_, NoForm>(a + b))?;
+    let found = AtomicUsize::new(0);
+    let classified = active.par_chunks(TASK).map(|bricks| {
+        let kept = classify_bricks(source, &params, inside, bricks)?;
+        let all = found.fetch_add(kept.bricks.len(), Ordering::Relaxed) + kept.bricks.len();
+        budget("the records of the bricks with surface", brick_bytes + all * KEPT_BYTES)?;
+        done.add(bricks.len());
+        Ok(kept)
+    });
+    let active_bricks = active.len() as u64;
+    let classified: Vec<Kept> = classified.collect::<Result<_, ExtractError>>()?;
+    drop(active);
+    // From here on only bricks with surface have a slot: what they are costs nothing but the map.
+    slots.fill(NO_SLOT);
+    let mut kept = Kept::default();
+    kept.reserve(found.into_inner());
+    for mut task in classified {
+        for (slot, &brick) in (kept.bricks.len() as u32..).zip(&task.bricks) {
+            slots[brick as usize] = slot;
+        }
+        kept.append(&mut task);
+    }
+    non_finite += kept.non_finite;
+    let Kept { bricks: active, records, mut counts, .. } = kept;
+    counts.push([0; 2]);
+    let record_bytes = brick_bytes + active.len() * KEPT_BYTES;
     clock.lap(at::CLASSIFY);
 
     let totals = counts.iter().fold([0u64; 2], |t, c| [t[0] + u64::from(c[0]), t[1] + u64::from(c[1])]);
@@ -114,9 +117,6 @@ pub fn extract_on_cpu(
             let (mut vertices, mut triangles) = (task.vertices, task.triangles);
             for slot in task.slots {
                 let size = [0, 1].map(|i| (counts[slot + 1][i] - counts[slot][i]) as usize);
-                if size == [0; 2] {
-                    continue;
-                }
                 let (own_vertices, own_triangles);
                 (own_vertices, vertices) = vertices.split_at_mut(size[0]);
                 (own_triangles, triangles) = triangles.split_at_mut(size[1]);
@@ -151,13 +151,66 @@ pub fn extract_on_cpu(
         vertices,
         triangles,
         bricks: bricks as u64,
-        active_bricks: active.len() as u64,
+        active_bricks,
         non_finite,
         slabs: 1,
         peak_bytes: peak_bytes as u64,
         seconds: clock.seconds,
     };
     Ok((mesh, report))
+}
+
+/// Bytes of a brick in [`Kept`].
+const KEPT_BYTES: usize = size_of::<BrickRecord>() + 8 + 4;
+
+/// The bricks that hold surface, with what classify says of them.
+#[derive(Default)]
+struct Kept {
+    bricks: Vec<u32>,
+    records: Vec<BrickRecord>,
+    counts: Vec<[u32; 2]>,
+    /// NaN and infinite samples of a field, of bricks without surface too.
+    non_finite: u64,
+}
+
+impl Kept {
+    fn reserve(&mut self, bricks: usize) {
+        self.bricks.reserve_exact(bricks);
+        self.records.reserve_exact(bricks);
+        self.counts.reserve_exact(bricks + 1);
+    }
+
+    fn append(&mut self, other: &mut Self) {
+        self.bricks.append(&mut other.bricks);
+        self.records.append(&mut other.records);
+        self.counts.append(&mut other.counts);
+        self.non_finite += other.non_finite;
+    }
+}
+
+fn classify_bricks(
+    source: &Source<'_>,
+    params: &Params,
+    inside: Inside,
+    bricks: &[u32],
+) -> Result<Kept, NoForm> {
+    let mut scratch = [0.0; SAMPLES_PER_BRICK];
+    let mut kept = Kept::default();
+    for &brick in bricks {
+        let origin = params.brick_origin(brick);
+        let samples = brick_samples(source, params, origin, &mut scratch)?;
+        let mut record = BrickRecord::zeroed();
+        let count = classify(&MARCHING_CUBES, inside, &samples, &mut record);
+        if matches!(source, Source::Field(..)) {
+            kept.non_finite += owned_non_finite(&samples);
+        }
+        if count != [0; 2] {
+            kept.bricks.push(brick);
+            kept.records.push(record);
+            kept.counts.push(count);
+        }
+    }
+    Ok(kept)
 }
 
 struct Clock {
@@ -174,7 +227,7 @@ impl Clock {
 
 struct Progress<'a> {
     tell: &'a (dyn Fn(f64) + Sync),
-    done: std::sync::atomic::AtomicUsize,
+    done: AtomicUsize,
     all: usize,
 }
 
@@ -184,7 +237,7 @@ impl<'a> Progress<'a> {
     }
 
     fn add(&self, count: usize) {
-        let done = self.done.fetch_add(count, std::sync::atomic::Ordering::Relaxed) + count;
+        let done = self.done.fetch_add(count, Ordering::Relaxed) + count;
         (self.tell)(done as f64 / self.all as f64);
     }
 }

@@ -109,20 +109,42 @@ impl Extractor {
         };
         let is_volume = matches!(source, Source::Volume(_));
         let plan = Plan::new(source.grid(), is_volume, limits, most_layers)?;
-        let mut parameters = [0.0f32; 4 * PARAMETER_VECTORS];
         let kernels = match source {
             Source::Volume(_) => self.volume.clone(),
-            Source::Field(field, _) => {
-                let wgsl = field.wgsl()?;
-                parameters.iter_mut().zip(&wgsl.parameters).for_each(|(p, v)| *p = *v);
-                self.field_kernels(&wgsl)?
-            }
+            Source::Field(field, _) => self.field_kernels(&field.wgsl()?)?,
         };
-        let workspace = Workspace::new(gpu, source, plan, kernels, &parameters)?;
+        let workspace = Workspace::new(gpu, source, plan, kernels)?;
+        self.set_source(&workspace, source)?;
         if workspace.plan.slabs.len() == 1 {
             self.upload(&workspace, source, workspace.plan.slabs[0])?;
         }
         Ok(workspace)
+    }
+
+    /// Checks that `space` was made for such a source, and takes over a field's parameters.
+    ///
+    /// A workspace serves any source with the same grid and, for fields, the same WGSL: so a changed
+    /// parameter compiles and allocates nothing. [`Extractor::extract_in`] does this by itself; before
+    /// [`Extractor::encode`] it is the caller's to do. A volume's samples are those it was prepared with.
+    ///
+    /// # Errors
+    /// [`ExtractError::OtherSource`], [`ExtractError::TooManyParameters`], [`ExtractError::NoForm`],
+    /// [`ExtractError::Gpu`].
+    pub fn set_source(&self, space: &Workspace, source: &Source<'_>) -> Result<(), ExtractError> {
+        let same_kind = matches!(source, Source::Volume(_)) == space.is_volume;
+        if !same_kind || *source.grid() != space.grid {
+            return Err(ExtractError::OtherSource);
+        }
+        let Source::Field(field, _) = source else { return Ok(()) };
+        let wgsl = field.wgsl()?;
+        if !Arc::ptr_eq(&self.field_kernels(&wgsl)?, &space.kernels) {
+            return Err(ExtractError::OtherSource);
+        }
+        let mut parameters = [0.0f32; 4 * PARAMETER_VECTORS];
+        let places = parameters.get_mut(..wgsl.parameters.len());
+        let places = places.ok_or(ExtractError::TooManyParameters { given: wgsl.parameters.len() })?;
+        places.copy_from_slice(&wgsl.parameters);
+        Ok(self.gpu.write(&space.field_parameters, bytemuck::cast_slice(&parameters))?)
     }
 
     /// Fills the scratch with a pattern, so that what a stage did not write shows.
@@ -228,6 +250,7 @@ impl Extractor {
         progress: &dyn Fn(f64),
     ) -> Result<Extraction, ExtractError> {
         check(source, options)?;
+        self.set_source(space, source)?;
         let gpu = &self.gpu;
         let slabs = &space.plan.slabs;
         let cut = slabs.len() > 1;

@@ -195,12 +195,21 @@ pub enum ExtractError {
     },
     /// A loop of a user's WGSL ran away.
     #[error(
-        "a loop in `density` made over {limit} iterations and was stopped: it may have no end; \
-         bound it, or do less in it"
+        "a loop in `density` was stopped: one invocation, which evaluates the function 3 to 36 times, made over \
+         {limit} iterations; it may have no end: bound it, or do less in it"
     )]
     Runaway {
         /// Iterations that one invocation may make.
         limit: u32,
+    },
+    /// A workspace was given another source than it was prepared for.
+    #[error("the workspace was prepared for another source: prepare one for this grid and field")]
+    OtherSource,
+    /// A field with more parameters than its buffer has places for.
+    #[error("the field has {given} parameters; there is room for {}", 4 * crate::field::PARAMETER_VECTORS)]
+    TooManyParameters {
+        /// How many it has.
+        given: usize,
     },
     /// `encode` was asked for a grid that needs several slabs.
     #[error("the grid needs {slabs} slabs on this adapter or budget, and `encode` takes one: use `extract`")]

@@ -2,6 +2,7 @@
 
 use super::plan::{Plan, Slab};
 use super::{Extractor, Options, Source};
+use crate::field::PARAMETER_VECTORS;
 use crate::gpu::kernel::{Bindings, binding as b};
 use crate::gpu::{Gpu, GpuError, MESH_HEADER_BYTES};
 use crate::grid::Grid;
@@ -86,7 +87,6 @@ impl Workspace {
         source: &Source<'_>,
         plan: Plan,
         kernels: Arc<SourceKernels>,
-        parameters: &[f32],
     ) -> Result<Self, GpuError> {
         let n = u64::from(plan.bricks);
         let storage = U::STORAGE | U::COPY_SRC | U::COPY_DST;
@@ -99,7 +99,7 @@ impl Workspace {
             kernels,
             field_parameters: gpu.buffer(
                 "field parameters",
-                size_of_val(parameters) as u64,
+                16 * PARAMETER_VECTORS as u64,
                 U::UNIFORM | U::COPY_DST,
             )?,
             source: buffer("samples", plan.source_bytes)?,
@@ -117,7 +117,6 @@ impl Workspace {
             header: buffer("header", MESH_HEADER_BYTES)?,
             plan,
         };
-        gpu.write(&workspace.field_parameters, bytemuck::cast_slice(parameters))?;
         gpu.write(&workspace.work_start, bytemuck::bytes_of(&work_start))?;
         Ok(workspace)
     }

@@ -1,6 +1,7 @@
 //! Writing the picture as a PNG file.
 
 use super::RenderError;
+use crate::atomic::{folder_of, temporary_beside};
 use image::{DynamicImage, ImageFormat, RgbaImage};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -48,16 +49,8 @@ fn target(path: &Path, reason: String) -> RenderError {
 
 /// A file beside `path`, so that it can take its name in one step.
 fn temporary(path: &Path) -> Result<tempfile::NamedTempFile, RenderError> {
-    let folder = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".isoforge-").suffix(".png");
-    // Temporary files are private by default; this one becomes an ordinary file.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder).map_err(|e| {
+    let folder = folder_of(path);
+    temporary_beside(path).map_err(|e| {
         let remedy =
             if folder.is_dir() { "choose a folder that you may write to" } else { "make the folder first" };
         target(path, format!("no file can be made in {}: {e}; {remedy}", folder.display()))

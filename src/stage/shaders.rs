@@ -89,5 +89,8 @@ pub fn emit(samples: Samples<'_>) -> String {
         Samples::Volume => link(&[VOLUME, NO_LOOPS]),
         Samples::Field(wgsl) => link(&[BRICKS, &field_part(wgsl), GRADIENT]),
     };
-    link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, &source, ROW, EMIT])
+    // A brick has at most 1536 vertices. Where loops are counted an invocation should make few of them.
+    let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
+    let lanes = if counted { "const LANES = 256u;" } else { "const LANES = 64u;" };
+    link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, &source, ROW, lanes, EMIT])
 }

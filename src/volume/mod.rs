@@ -126,6 +126,11 @@ enum Format {
     Raw,
 }
 
+/// Whether `path` ends as files do whose layout the user must tell.
+pub fn is_raw_ending(path: &Path) -> bool {
+    matches!(format_of(path), Some(Format::Raw))
+}
+
 fn format_of(path: &Path) -> Option<Format> {
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
     let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));

@@ -15,6 +15,7 @@ use std::fs;
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use crate::atomic::{folder_of, temporary_beside};
 use rayon::prelude::*;
 use tempfile::NamedTempFile;
 
@@ -190,19 +191,11 @@ fn target(path: &Path) -> PathBuf {
 
 /// A file in the folder of `target`, removed again on drop.
 fn temporary(path: &Path, target: &Path) -> Result<NamedTempFile, WriteError> {
-    let folder = match target.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(target);
     if target.is_dir() {
         return Err(WriteError::InTheWay { path: path.into(), what: "a folder of that name".into() });
     }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".isoforge-");
-    // The umask takes away from these, as for any file; tempfile by itself keeps others out.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder).map_err(|source| {
+    temporary_beside(target).map_err(|source| {
         let (path, folder) = (PathBuf::from(path), PathBuf::from(folder));
         match source.kind() {
             ErrorKind::NotFound => WriteError::FolderMissing { path, folder },

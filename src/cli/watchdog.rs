@@ -1,0 +1,39 @@
+//! The time limit where a driver does not come back: some compile, or run a submission, inside a call.
+//!
+//! `Gpu::wait` has a time limit of its own, but a call into the driver cannot be interrupted. The program
+//! holds no half-written file while the GPU works, so it may end at any moment.
+
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::time::Duration;
+
+/// Ends the process when the GPU was not heard of for the time limit; stands down when dropped.
+pub struct Watchdog(Sender<()>);
+
+impl Watchdog {
+    /// Watches from now on.
+    pub fn new(seconds: u64) -> Self {
+        let (alive, heard) = channel();
+        std::thread::spawn(move || {
+            loop {
+                match heard.recv_timeout(Duration::from_secs(seconds)) {
+                    Ok(()) => {}
+                    Err(RecvTimeoutError::Disconnected) => return,
+                    Err(RecvTimeoutError::Timeout) => {
+                        eprintln!(
+                            "isoforge: the GPU did not finish a piece of work within {seconds} s: the field may loop \
+                             without end, or the grid is too fine for this adapter; raise --time-limit or coarsen the grid"
+                        );
+                        std::process::exit(1);
+                    }
+                }
+            }
+        });
+        Self(alive)
+    }
+
+    /// The GPU was heard of: the time starts anew.
+    pub fn alive(&self) {
+        // The thread outlives every sender, so there is nobody to tell of a failure.
+        let _ = self.0.send(());
+    }
+}
