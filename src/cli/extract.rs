@@ -253,7 +253,10 @@ fn summary(
             text +=
                 &format!(" ({} of zero area; --no-degenerate removes them)", finished.degenerate.unwrap_or(0))
         }
-        (left, removed) => text += &format!(" ({removed} of zero area removed, {} left)", left.unwrap_or(0)),
+        (left, removed) => {
+            text +=
+                &format!(" ({removed} removed by --no-degenerate, {} of zero area left)", left.unwrap_or(0))
+        }
     }
     text + &format!(" on {place} in {total:.2} s")
 }

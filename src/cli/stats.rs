@@ -10,7 +10,7 @@ pub struct Stats<'a> {
     pub triangles: u64,
     /// Zero-area triangles in the mesh as written; null if it was not read back.
     pub degenerate_triangles: Option<u64>,
-    /// Zero-area triangles that `--no-degenerate` removed.
+    /// Triangles that `--no-degenerate` removed: of zero area, and pairs pressed onto each other.
     pub removed_triangles: u64,
     pub bricks: u64,
     pub active_bricks: u64,

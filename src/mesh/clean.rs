@@ -41,7 +41,8 @@ impl Mesh {
     /// edges of no length, hence no triangle with coincident corners; a triangle with three *different*
     /// collinear corners stays, since removing it would take moving a vertex. A second run changes
     /// nothing. A mesh with a bad index is left as it is. A mesh that was non-manifold before may stay
-    /// so: [`check`](Mesh::check) tells.
+    /// so, and where a surface has a border, an edge of the border may come to lie on an inner edge and
+    /// give it a third triangle: [`check`](Mesh::check) tells.
     pub fn remove_degenerate(&mut self) -> Removed {
         let count = self.vertices.len();
         if self.triangles.par_iter().flatten().any(|&v| v as usize >= count) {

@@ -1,7 +1,7 @@
 //! CPU twin of `shaders/emit.wgsl`.
 //!
 //! Where the shader gives a vertex to an invocation, the twin gathers the crossings of a brick into
-//! arrays, [`LANES`] at a time, and the arithmetic of the shader runs over the arrays.
+//! arrays, `LANES` at a time, and the arithmetic of the shader runs over the arrays.
 
 use crate::field::{Field, NoForm, Points};
 use crate::mesh::Vertex;
