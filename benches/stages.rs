@@ -1,8 +1,8 @@
 //! Each stage and the whole extraction, on the CPU and on the adapter, at 64³, 128³ and 256³.
 //!
 //! `cargo bench --bench stages [-- FILTER]`, a few minutes on two cores. Throughput is in cells of the grid
-//! per second, for emit in triangles; the whole prints triangles per second as well. Set
-//! `ISOFORGE_BENCH_VOLUME` to a file and `ISOFORGE_BENCH_ISO` to an iso value to measure a volume too. A
+//! per second, for emit in triangles; the whole prints triangles per second as well. The brain atlas is the volume
+//! where it is there; `ISOFORGE_BENCH_VOLUME` and `ISOFORGE_BENCH_ISO` name another file and iso value. A
 //! software adapter's stages are left out at 256³: the whole shows enough, and they take minutes.
 
 use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
@@ -36,8 +36,14 @@ fn stages(criterion: &mut Criterion) {
             rows(criterion, &format!("{name}/{n}"), &Source::Field(&field, grid), &options, extractor);
         }
     }
-    let Ok(file) = std::env::var("ISOFORGE_BENCH_VOLUME") else { return };
-    let iso = std::env::var("ISOFORGE_BENCH_ISO").ok().and_then(|iso| iso.parse().ok());
+    let brain = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes/ct_brain_atlas_1mm.nii.gz");
+    let (file, iso) = match std::env::var("ISOFORGE_BENCH_VOLUME") {
+        Ok(file) => (file, std::env::var("ISOFORGE_BENCH_ISO").ok().and_then(|iso| iso.parse().ok())),
+        Err(_) if Path::new(brain).exists() => (brain.into(), Some(10.0)),
+        Err(_) => {
+            return eprintln!("the volume is left out: set ISOFORGE_BENCH_VOLUME and ISOFORGE_BENCH_ISO");
+        }
+    };
     match (open(Path::new(&file), &OpenOptions::default()), iso) {
         (Ok(opened), Some(iso)) => {
             rows(criterion, "volume", &Source::Volume(&opened.volume), &Options::new(iso), extractor);

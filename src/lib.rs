@@ -55,3 +55,7 @@ pub mod render;
 pub mod stage;
 pub mod table;
 pub mod volume;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
