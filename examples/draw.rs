@@ -86,7 +86,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     assert_eq!(header.overflow, 0, "needs {} vertices, {} triangles", header.vertices, header.triangles);
     image::save_buffer(
         &path,
-        &gpu.read(&pixels, u64::from(SIZE * SIZE * 4))?,
+        &gpu.read::<u8>(&pixels, u64::from(SIZE * SIZE * 4))?,
         SIZE,
         SIZE,
         image::ColorType::Rgba8,

@@ -25,7 +25,7 @@ fn range(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
     if index >= params.slab_bricks {
         return;
     }
-    let origin = brick_origin(params.first_brick + index);
+    let origin = brick_origin(index);
     var low = 0xffffffffu;
     var high = 0u;
     var not_finite = 0u;
@@ -90,12 +90,16 @@ fn compact(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         let kept = marks[index + 1u].x > slot;
         slots[index] = select(NO_SLOT, slot, kept);
         if kept {
-            active_list[slot] = params.first_brick + index;
+            active_list[slot] = index;
         }
     }
     if index == 0u {
         work.active_bricks = marks[params.slab_bricks].x;
         work.own_active = marks[params.own_bricks].x;
+        let rows = params.slab_extent.x * vec4<u32>(0u, 1u, params.slab_extent.y, params.slab_extent.y + 1u);
+        for (var run = 0u; run < 4u; run++) {
+            work.run_slots[run] = marks[min(rows[run], params.slab_bricks)].x;
+        }
         for (var batch = 0u; batch < work.batches; batch++) {
             let first = batch * work.batch_slots;
             write_dispatch(2u * batch, first, work.active_bricks);

@@ -83,7 +83,7 @@ fn emit_vertices(
     let first = offsets[slot].x;
     let count = offsets[slot + 1u].x - first;
     for (var k = lane; k < count; k += LANES) {
-        let place = params.first_vertex + first + k - params.vertex_window;
+        let place = params.first_vertices.x + first + k - params.vertex_window;
         if place >= params.vertex_capacity {
             break;
         }
@@ -122,11 +122,11 @@ fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32) -> u32 {
     // 1 where the owner lies in the next brick along an axis.
     let next = owner >> vec3<u32>(3u);
     let p = owner & vec3<u32>(7u);
-    let beside = brick + next.x + params.bricks.x * (next.y + params.bricks.y * next.z);
-    let slot = slots[beside - params.first_brick];
+    let slot = slots[brick + next.x + params.slab_extent.x * (next.y + params.slab_extent.y * next.z)];
     let row = records[slot].rows[p.y + 8u * p.z];
     let earlier = row & ((1u << (8u * axis + p.x)) - 1u);
-    return params.first_vertex + offsets[slot].x + (records[slot].planes[p.z] & 0xffffu) + (row >> 24u) + countOneBits(earlier);
+    let before = (records[slot].planes[p.z] & 0xffffu) + (row >> 24u) + countOneBits(earlier);
+    return params.first_vertices[next.y + 2u * next.z] + offsets[slot].x + before;
 }
 
 @compute @workgroup_size(8, 8)
@@ -177,6 +177,9 @@ fn totals() {
     let total = offsets[work.own_active];
     work.vertices = total.x;
     work.triangles = total.y;
+    for (var run = 0u; run < 4u; run++) {
+        work.run_vertices[run] = offsets[work.run_slots[run]].x;
+    }
     let vertices_short = total.x > params.vertex_capacity;
     let triangles_short = total.y > params.triangle_capacity;
     header = MeshHeader(

@@ -161,8 +161,8 @@ pub fn compare(
 ) -> Result<Comparison, CompareError> {
     let space = extractor.prepare(source, options.memory_budget)?;
     let plan = space.plan();
-    if plan.slabs.len() > 1 || plan.batches > 1 {
-        return Err(CompareError::TooLarge { slabs: plan.slabs.len(), batches: plan.batches });
+    if plan.slab_count() > 1 || plan.batches > 1 {
+        return Err(CompareError::TooLarge { slabs: plan.slab_count(), batches: plan.batches });
     }
     extractor.poison(&space);
     let extraction = extractor.extract_in(&space, source, options, &|_| {})?;
@@ -201,18 +201,16 @@ impl Snapshot {
         let gpu = extractor.gpu();
         let buffers = space.buffers();
         let bricks = u64::from(space.plan().bricks);
-        let marks: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&gpu.read(buffers.marks, 8 * (bricks + 1))?);
+        let marks: Vec<[u32; 2]> = gpu.read(buffers.marks, bricks + 1)?;
         let active = u64::from(marks[bricks as usize][0]);
-        let samples =
-            if buffers.has_samples { gpu.read(buffers.source, active * 4 * 729)? } else { Vec::new() };
-        let record = size_of::<BrickRecord>() as u64;
+        let samples = if buffers.has_samples { gpu.read(buffers.source, active * 729)? } else { Vec::new() };
         Ok(Self {
-            ranges: bytemuck::pod_collect_to_vec(&gpu.read(buffers.ranges, 8 * bricks)?),
-            slots: bytemuck::pod_collect_to_vec(&gpu.read(buffers.slots, 4 * bricks)?),
-            active: bytemuck::pod_collect_to_vec(&gpu.read(buffers.active, 4 * active)?),
-            samples: bytemuck::pod_collect_to_vec(&samples),
-            records: bytemuck::pod_collect_to_vec(&gpu.read(buffers.records, record * active)?),
-            offsets: bytemuck::pod_collect_to_vec(&gpu.read(buffers.counts, 8 * (active + 1))?),
+            ranges: gpu.read(buffers.ranges, bricks)?,
+            slots: gpu.read(buffers.slots, bricks)?,
+            active: gpu.read(buffers.active, active)?,
+            samples,
+            records: gpu.read(buffers.records, active)?,
+            offsets: gpu.read(buffers.counts, active + 1)?,
         })
     }
 

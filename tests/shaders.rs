@@ -119,10 +119,11 @@ macro_rules! members {
 #[test]
 fn structures_lie_as_in_rust() {
     let params = members!(Params: origin delta step_x iso step_y iso_key step_z flip outward_x outward_sign
-        outward_y mirrored outward_z first_plane points first_brick bricks slab_bricks own_bricks first_slot
-        first_vertex first_triangle vertex_window vertex_capacity triangle_window triangle_capacity);
-    let work =
-        members!(Work: active_bricks own_active vertices triangles non_finite runaway batch_slots batches);
+        outward_y mirrored outward_z first_slot points own_bricks slab_first slab_bricks slab_extent first_triangle
+        source_first triangle_window source_extent triangle_capacity first_vertices vertex_window
+        vertex_capacity padding);
+    let work = members!(Work: active_bricks own_active vertices triangles non_finite runaway batch_slots batches
+            run_slots run_vertices);
     let record = members!(BrickRecord: rows planes triangles);
     for (expected, name, least) in [(params, "Params", 20), (work, "Work", 20), (record, "BrickRecord", 10)] {
         let all = all();

@@ -5,10 +5,10 @@ fn grid_position(q: vec3<f32>) -> vec3<f32> {
     return params.origin + ((params.step_x * q.x + params.step_y * q.y) + params.step_z * q.z);
 }
 
-// Lowest point of a brick.
+// Lowest point of a brick of the slab.
 fn brick_origin(brick: u32) -> vec3<u32> {
-    let b = params.bricks;
-    return vec3<u32>(brick % b.x, (brick / b.x) % b.y, brick / (b.x * b.y)) * 8u;
+    let b = params.slab_extent;
+    return (params.slab_first + vec3<u32>(brick % b.x, (brick / b.x) % b.y, brick / (b.x * b.y))) * 8u;
 }
 
 // Behind the last slot of this batch, of `all`. A dispatch in two dimensions has workgroups

@@ -20,27 +20,30 @@ struct Params {
     // 1 where the grid is mirrored and triangles must be wound the other way round.
     mirrored: u32,
     outward_z: vec3<f32>,
-    // First grid plane (z) that the source buffer holds; 0 for fields.
-    first_plane: u32,
-    // Sample points of the whole grid.
-    points: vec3<u32>,
-    // Linear number of the slab's first brick.
-    first_brick: u32,
-    // Bricks of the whole grid.
-    bricks: vec3<u32>,
-    // Bricks of the slab with its halo layer, and its own alone.
-    slab_bricks: u32,
-    own_bricks: u32,
     // First slot of the batch whose samples are in the source buffer.
     first_slot: u32,
-    // Number of the slab's first vertex and triangle in the whole mesh.
-    first_vertex: u32,
+    // Sample points of the whole grid.
+    points: vec3<u32>,
+    // The slab's bricks: a box, numbered x fastest, then y, then z. Its own come first, then the halo.
+    own_bricks: u32,
+    slab_first: vec3<u32>,
+    slab_bricks: u32,
+    slab_extent: vec3<u32>,
+    // Number of the slab's first triangle in the whole mesh; where the window of the index buffer
+    // begins, and how many triangles it holds.
     first_triangle: u32,
-    // Vertices and triangles that the output windows hold, and what they start at.
+    // The box of sample points that the source buffer holds of a volume.
+    source_first: vec3<u32>,
+    triangle_window: u32,
+    source_extent: vec3<u32>,
+    triangle_capacity: u32,
+    // What makes an offset of the slab the number of a vertex in the whole mesh: of a brick in an own
+    // brick's row, one row up, one layer up, and both (src/extract/plan.rs).
+    first_vertices: vec4<u32>,
+    // Where the window of the vertex buffer begins, and how many vertices it holds.
     vertex_window: u32,
     vertex_capacity: u32,
-    triangle_window: u32,
-    triangle_capacity: u32,
+    padding: vec2<u32>,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;

@@ -13,6 +13,10 @@ struct Work {
     // Slots that one batch of samples holds, and how many batches the argument buffer has room for.
     batch_slots: u32,
     batches: u32,
+    // Of the box's first brick, and those one row up, one layer up, and both: the slot where they or the
+    // next active brick lie, and the vertices before it.
+    run_slots: vec4<u32>,
+    run_vertices: vec4<u32>,
 }
 
 @group(0) @binding(1) var<storage, read_write> work: Work;

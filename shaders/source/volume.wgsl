@@ -1,12 +1,12 @@
-// Samples of a volume: read straight from its planes, no copy a brick.
+// Samples of a volume: read straight from the box of them that the slab needs, no copy a brick.
 @group(0) @binding(2) var<storage, read> source: array<u32>;
 
 // The range table, built once a volume, has counted them.
 const COUNTS_NON_FINITE = false;
 
 fn volume_bits(point: vec3<u32>) -> u32 {
-    let p = min(point, params.points - vec3<u32>(1u));
-    return source[p.x + params.points.x * (p.y + params.points.y * (p.z - params.first_plane))];
+    let p = min(point, params.points - vec3<u32>(1u)) - params.source_first;
+    return source[p.x + params.source_extent.x * (p.y + params.source_extent.y * p.z)];
 }
 
 // Bits of the sample at point `local` (0-8 an axis) of the brick; past the grid's end, of the last.
@@ -16,8 +16,8 @@ fn sample_bits(slot: u32, origin: vec3<u32>, local: vec3<u32>) -> u32 {
 
 // Where row (y, z) of a brick begins; the last row again past the grid's end.
 fn row_start(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {
-    let p = min(origin.yz + vec2<u32>(y, z), params.points.yz - vec2<u32>(1u));
-    return params.points.x * (p.x + params.points.y * (p.y - params.first_plane));
+    let p = min(origin.yz + vec2<u32>(y, z), params.points.yz - vec2<u32>(1u)) - params.source_first.yz;
+    return params.source_extent.x * (p.x + params.source_extent.y * p.y) - params.source_first.x;
 }
 
 // Bits of the sample at x (0-8) of that row.

@@ -69,12 +69,20 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         Made::Gpu(made) => ("gpu", Some(made.0.info.name.clone())),
         Made::Cpu(_) => ("cpu", None),
     };
+    drop(loaded);
+    let mut peak_bytes = report.peak_bytes;
     // A mesh that is only drawn never leaves the GPU.
     let wanted = args.output.is_some() || args.stats.is_some() || args.no_degenerate;
     let mesh = match made {
         Made::Gpu(made) if wanted => {
             let (gpu, mesh) = *made;
             progress.phase("reading back");
+            let needed = mesh.vertices.size() + mesh.indices.size() + mesh.read_bytes();
+            if needed > memory_budget {
+                let what = "the mesh on the GPU and in main memory";
+                return Err(Failure::run(ExtractError::Budget { what, needed, budget: memory_budget }));
+            }
+            peak_bytes = peak_bytes.max(needed);
             let since = Instant::now();
             let mesh = mesh.read(&gpu).map_err(Failure::run)?;
             seconds.readback = Some(since.elapsed().as_secs_f64());
@@ -101,7 +109,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
             non_finite_samples: report.non_finite,
             backend,
             adapter: adapter.as_deref(),
-            peak_bytes: report.peak_bytes,
+            peak_bytes,
             seconds,
         };
         super::write_text(&serde_json::to_string(&stats).map_err(Failure::run)?, path)?;

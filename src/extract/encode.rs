@@ -14,7 +14,8 @@ pub(super) struct Target<'a> {
     pub(super) mesh: &'a GpuMesh,
     pub(super) window: [u32; 2],
     pub(super) capacity: [u32; 2],
-    pub(super) first: [u32; 2],
+    pub(super) first_vertices: [u32; 4],
+    pub(super) first_triangle: u32,
 }
 
 impl Target<'_> {
@@ -58,12 +59,14 @@ impl Extractor {
             return Err(ExtractError::Iso(options.iso));
         }
         let timer = &mut Timer::off();
-        let [slab] = space.plan.slabs[..] else {
-            return Err(ExtractError::Slabs { slabs: space.plan.slabs.len() });
-        };
+        let slabs = space.plan.slab_count();
+        if slabs > 1 {
+            return Err(ExtractError::Slabs { slabs });
+        }
+        let slab = space.plan.slab(0);
         let capacity = [mesh.vertex_capacity, mesh.triangle_capacity];
         self.fits(capacity, self.gpu.device.limits().max_storage_buffer_binding_size)?;
-        let target = Target { mesh, window: [0; 2], capacity, first: [0; 2] };
+        let target = Target { mesh, window: [0; 2], capacity, first_vertices: [0; 4], first_triangle: 0 };
         self.gpu.guarded("recording", 0, || {
             self.encode_count(space, encoder, options, slab, Some(&target), timer);
             self.encode_emit(space, encoder, options, slab, &target, timer);
@@ -116,9 +119,9 @@ impl Extractor {
         over_marks.set(b::COUNTS, &space.marks);
         {
             let mut pass = timer.pass(encoder, "cull", at::CULL);
-            self.cull.encode_mark(gpu, &mut pass, &bindings, slab.bricks, space.is_volume);
-            self.scan_marks.encode(gpu, &mut pass, &over_marks, slab.bricks);
-            self.cull.encode_compact(gpu, &mut pass, &bindings, slab.bricks);
+            self.cull.encode_mark(gpu, &mut pass, &bindings, slab.bricks(), space.is_volume);
+            self.scan_marks.encode(gpu, &mut pass, &over_marks, slab.bricks());
+            self.cull.encode_compact(gpu, &mut pass, &bindings, slab.bricks());
         }
         for batch in 0..space.plan.batches {
             params.first_slot = batch * space.plan.batch_slots;
@@ -130,7 +133,7 @@ impl Extractor {
             space.kernels.classify.encode(gpu, &mut pass, &bindings, &space.dispatches, offset);
         }
         let mut pass = timer.pass(encoder, "scan", at::SCAN);
-        self.scan_counts.encode(gpu, &mut pass, &bindings, slab.bricks);
+        self.scan_counts.encode(gpu, &mut pass, &bindings, slab.bricks());
         let mut with_header = bindings.clone();
         if let Some(target) = target {
             with_header.set(b::HEADER, &target.mesh.header);
@@ -162,7 +165,7 @@ impl Extractor {
         timer: &mut Timer,
     ) {
         let mut params = space.params(options, slab);
-        [params.first_vertex, params.first_triangle] = target.first;
+        (params.first_vertices, params.first_triangle) = (target.first_vertices, target.first_triangle);
         [params.vertex_window, params.triangle_window] = target.window;
         [params.vertex_capacity, params.triangle_capacity] = target.capacity;
         let [from, size] = [target.window, target.capacity]

@@ -2,7 +2,7 @@
 //! [`Options`] the cheap settings of a call.
 
 use super::encode::Target;
-use super::plan::{Limits, Plan, Slab};
+use super::plan::{self, Limits, Plan, Slab};
 use super::workspace::{SourceKernels, Workspace};
 use super::{ExtractError, Options, Report, STAGES, Source, check, stage_index as at};
 use crate::field::user::MAX_ITERATIONS;
@@ -14,6 +14,7 @@ use crate::stage::params::Work;
 use crate::stage::scan::Scan;
 use crate::stage::shaders::Samples;
 use crate::table::MARCHING_CUBES;
+use glam::UVec3;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -90,14 +91,15 @@ impl Extractor {
     /// [`ExtractError::Gpu`], [`ExtractError::NoForm`], [`ExtractError::Budget`],
     /// [`ExtractError::Binding`], [`ExtractError::TooManyBricks`].
     pub fn prepare(&self, source: &Source<'_>, memory_budget: u64) -> Result<Workspace, ExtractError> {
-        self.prepare_layers(source, memory_budget, u32::MAX)
+        self.prepare_cut(source, memory_budget, UVec3::MAX)
     }
 
-    fn prepare_layers(
+    /// [`Extractor::prepare`] with slabs that own at most `most` bricks an axis.
+    fn prepare_cut(
         &self,
         source: &Source<'_>,
         memory_budget: u64,
-        most_layers: u32,
+        most: UVec3,
     ) -> Result<Workspace, ExtractError> {
         check(source, &Options { memory_budget, ..Options::new(0.0) })?;
         let gpu = &self.gpu;
@@ -108,15 +110,15 @@ impl Extractor {
             adapter: &gpu.info.name,
         };
         let is_volume = matches!(source, Source::Volume(_));
-        let plan = Plan::new(source.grid(), is_volume, limits, most_layers)?;
+        let plan = Plan::new(source.grid(), is_volume, limits, most)?;
         let kernels = match source {
             Source::Volume(_) => self.volume.clone(),
             Source::Field(field, _) => self.field_kernels(&field.wgsl()?)?,
         };
         let workspace = Workspace::new(gpu, source, plan, kernels)?;
         self.set_source(&workspace, source)?;
-        if workspace.plan.slabs.len() == 1 {
-            self.upload(&workspace, source, workspace.plan.slabs[0])?;
+        if workspace.plan.slab_count() == 1 {
+            self.upload(&workspace, source, workspace.plan.slab(0))?;
         }
         Ok(workspace)
     }
@@ -166,25 +168,6 @@ impl Extractor {
         }
     }
 
-    /// Puts a volume's slab on the GPU and builds its range table.
-    fn upload(&self, space: &Workspace, source: &Source<'_>, slab: Slab) -> Result<(), GpuError> {
-        let Source::Volume(volume) = source else { return Ok(()) };
-        let plane = (space.grid.points().x * space.grid.points().y) as usize;
-        let planes = &volume.values()[slab.planes.0 as usize * plane..slab.planes.1 as usize * plane];
-        let params = space.params(&Options::new(0.0), slab);
-        self.gpu.guarded("samples", space.plan.source_bytes, || {
-            self.gpu.queue.write_buffer(&space.source, 0, bytemuck::cast_slice(planes));
-            let params = self.uniform(&params);
-            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            encoder.copy_buffer_to_buffer(&space.work_start, 0, &space.work, 0, size_of::<Work>() as u64);
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            space.kernels.range.encode(&self.gpu, &mut pass, &space.bindings(self, &params), slab.bricks);
-            drop(pass);
-            encoder.copy_buffer_to_buffer(&space.work, Workspace::NON_FINITE, &space.odd, 0, 4);
-            self.gpu.queue.submit([encoder.finish()]);
-        })
-    }
-
     /// Extracts `source` with buffers made for it: [`Extractor::prepare`] and
     /// [`Extractor::extract_in`] in one.
     ///
@@ -204,30 +187,30 @@ impl Extractor {
         options: &Options,
         progress: &dyn Fn(f64),
     ) -> Result<Extraction, ExtractError> {
-        let mut most_layers = u32::MAX;
+        let mut most = UVec3::MAX;
         let mut scratch_budget = options.memory_budget;
         let mut short = None;
         loop {
             let start = Instant::now();
-            let space = match (self.prepare_layers(source, scratch_budget, most_layers), short) {
+            let space = match (self.prepare_cut(source, scratch_budget, most), short) {
                 // The least scratch does not fit beside the mesh.
                 (Err(ExtractError::Budget { .. }), Some(error)) => return Err(error),
                 (prepared, _) => prepared?,
             };
             let upload = start.elapsed().as_secs_f64();
-            match self.extract_in(&space, source, options, progress) {
-                // A slab's part of the mesh is more than the adapter binds: thinner slabs.
-                Err(ExtractError::Binding { .. }) if space.layers() > 1 => {
-                    most_layers = space.layers().div_ceil(2);
+            match (self.extract_in(&space, source, options, progress), plan::finer(space.plan.own)) {
+                // A slab's part of the mesh is more than the adapter binds: smaller slabs.
+                (Err(ExtractError::Binding { .. }), Some(finer)) => {
+                    most = finer;
                     short = None;
                 }
                 // The mesh leaves less room than the scratch took: as much scratch as there is room for.
-                Err(ExtractError::Budget { what, needed, budget }) => {
+                (Err(ExtractError::Budget { what, needed, budget }), _) => {
                     scratch_budget = (budget + space.plan.bytes).saturating_sub(needed);
                     short = Some(ExtractError::Budget { what, needed, budget });
                 }
-                Err(error) => return Err(error),
-                Ok(mut extraction) => {
+                (Err(error), _) => return Err(error),
+                (Ok(mut extraction), _) => {
                     *extraction.report.seconds[at::UPLOAD].get_or_insert(0.0) += upload;
                     return Ok(extraction);
                 }
@@ -252,27 +235,33 @@ impl Extractor {
         check(source, options)?;
         self.set_source(space, source)?;
         let gpu = &self.gpu;
-        let slabs = &space.plan.slabs;
-        let cut = slabs.len() > 1;
+        let slabs = space.plan.slab_count();
+        let cut = slabs > 1;
         let mut seconds = [None; STAGES.len()];
         let mut timer = Timer::new(gpu)?;
         let mut steps = 0;
         let mut stepped = || {
             steps += 1;
-            progress(f64::from(steps) / (2 * slabs.len()) as f64);
+            progress(f64::from(steps) / (2 * slabs) as f64);
         };
 
         let work_bytes = size_of::<Work>() as u64;
         let usage = U::COPY_DST | U::COPY_SRC;
-        let totals = gpu.buffer("totals", work_bytes * slabs.len() as u64, usage)?;
-        for (i, &slab) in slabs.iter().enumerate() {
+        let totals = gpu.buffer("totals", work_bytes * slabs as u64, usage)?;
+        for slab in space.plan.slabs() {
             if cut {
                 self.upload_timed(space, source, slab, &mut seconds)?;
             }
             gpu.guarded("extraction", space.plan.bytes, || {
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
                 self.encode_count(space, &mut encoder, options, slab, None, &mut timer);
-                encoder.copy_buffer_to_buffer(&space.work, 0, &totals, i as u64 * work_bytes, work_bytes);
+                encoder.copy_buffer_to_buffer(
+                    &space.work,
+                    0,
+                    &totals,
+                    slab.index as u64 * work_bytes,
+                    work_bytes,
+                );
                 gpu.queue.submit([encoder.finish()]);
             })?;
             if cut {
@@ -281,14 +270,13 @@ impl Extractor {
             }
             stepped();
         }
-        let works: Vec<Work> =
-            bytemuck::pod_collect_to_vec(&gpu.read(&totals, work_bytes * slabs.len() as u64)?);
+        let works: Vec<Work> = gpu.read(&totals, slabs as u64)?;
         if works.iter().any(|w| w.runaway != 0) {
             return Err(ExtractError::Runaway { limit: MAX_ITERATIONS });
         }
         let places = places(&works)?;
         let (mesh, peak_bytes) = self.allocate(space, options, &places)?;
-        for (&slab, place) in slabs.iter().zip(&places) {
+        for (slab, place) in space.plan.slabs().zip(&places) {
             if place.count != [0; 2] {
                 if cut {
                     self.upload_timed(space, source, slab, &mut seconds)?;
@@ -298,7 +286,10 @@ impl Extractor {
                     if cut {
                         self.encode_count(space, &mut encoder, options, slab, None, &mut timer);
                     }
-                    let target = target(&mesh, place);
+                    let target = Target {
+                        first_vertices: first_vertices(&space.plan, slab, &works, &places),
+                        ..target(&mesh, place)
+                    };
                     self.encode_emit(space, &mut encoder, options, slab, &target, &mut timer);
                     gpu.queue.submit([encoder.finish()]);
                 })?;
@@ -329,7 +320,7 @@ impl Extractor {
             bricks: space.grid.brick_count(),
             active_bricks: active_bricks.into(),
             non_finite: works.iter().map(|w| u64::from(w.non_finite)).sum(),
-            slabs: slabs.len() as u64,
+            slabs: slabs as u64,
             peak_bytes,
             seconds,
         };
@@ -349,20 +340,18 @@ impl Extractor {
         let step = grid.step() * glam::Mat3::from_diagonal(stretch);
         let Ok(coarse) = Grid::new(cells.into(), grid.origin(), step) else { return Ok(None) };
         let space = self.prepare(&Source::Field(*field, coarse), u64::MAX)?;
-        let [slab] = space.plan.slabs[..] else { return Ok(None) };
+        let slab = space.plan.slab(0);
         let options = Options::new(0.0);
         let params = self.uniform(&space.params(&options, slab));
         self.gpu.guarded("value range", 0, || {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
             self.encode_count(&space, &mut encoder, &options, slab, None, &mut Timer::off());
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            space.kernels.range.encode(&self.gpu, &mut pass, &space.bindings(self, &params), slab.bricks);
+            space.kernels.range.encode(&self.gpu, &mut pass, &space.bindings(self, &params), slab.bricks());
             drop(pass);
             self.gpu.queue.submit([encoder.finish()]);
         })?;
-        let ranges = self.gpu.read(&space.ranges, 8 * u64::from(slab.bricks))?;
-        let ranges: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&ranges);
-        Ok(super::widest(&ranges))
+        Ok(super::widest(&self.gpu.read(&space.ranges, slab.bricks().into())?))
     }
 
     fn upload_timed(
@@ -384,7 +373,7 @@ impl Extractor {
         if space.is_volume {
             return Ok(());
         }
-        let work: Work = bytemuck::pod_read_unaligned(&self.gpu.read(&space.work, size_of::<Work>() as u64)?);
+        let work: Work = self.gpu.read_one(&space.work)?;
         if work.runaway != 0 { Err(ExtractError::Runaway { limit: MAX_ITERATIONS }) } else { Ok(()) }
     }
 
@@ -442,7 +431,15 @@ impl Extractor {
 fn target<'a>(mesh: &'a GpuMesh, place: &Place) -> Target<'a> {
     let window = [0, 1].map(|i| place.first[i] - place.first[i] % Target::ALIGNED[i]);
     let capacity = [0, 1].map(|i| place.first[i] + place.count[i] - window[i]);
-    Target { mesh, window, capacity, first: place.first }
+    Target { mesh, window, capacity, first_vertices: [0; 4], first_triangle: place.first[1] }
+}
+
+/// What makes an offset within `slab` a vertex's number in the whole mesh, for each run of its bricks.
+fn first_vertices(plan: &Plan, slab: Slab, works: &[Work], places: &[Place]) -> [u32; 4] {
+    [0, 1, 2, 3].map(|run| {
+        let (run, beginning) = plan.run_of_halo(slab, run);
+        places[beginning].first[0].wrapping_sub(works[slab.index].run_vertices[run])
+    })
 }
 
 /// Where each slab's part of the mesh begins.

@@ -5,6 +5,7 @@ mod cpu;
 mod encode;
 mod gpu;
 mod plan;
+mod upload;
 mod workspace;
 
 pub use cpu::extract_on_cpu;
@@ -147,13 +148,13 @@ pub enum ExtractError {
         /// How many there are.
         budget: u64,
     },
-    /// One layer of bricks is more than the adapter can bind.
+    /// The least slab of bricks is more than the adapter can bind.
     #[error(
-        "one layer of {bricks} bricks needs a binding of {needed} bytes, and the adapter {adapter} binds at most \
+        "the smallest slab of the grid, {bricks} bricks, needs a binding of {needed} bytes, and the adapter {adapter} binds at most \
          {limit}: use the CPU backend or coarsen the grid"
     )]
     Binding {
-        /// Bricks of the layer and the one above it.
+        /// Bricks of the slab with its halo.
         bricks: u64,
         /// Bytes of the largest buffer.
         needed: u64,

@@ -143,17 +143,14 @@ impl Workspace {
         }
     }
 
-    pub(super) fn layers(&self) -> u32 {
-        let bricks = self.grid.bricks();
-        self.plan.slabs[0].own_bricks / (bricks.x * bricks.y)
-    }
-
     pub(super) fn params(&self, options: &Options, slab: Slab) -> Params {
         Params {
-            first_plane: if self.is_volume { slab.planes.0 } else { 0 },
-            first_brick: slab.first_brick,
-            slab_bricks: slab.bricks,
             own_bricks: slab.own_bricks,
+            slab_first: slab.first.into(),
+            slab_bricks: slab.bricks(),
+            slab_extent: slab.extent.into(),
+            source_first: slab.first_point.into(),
+            source_extent: slab.points.into(),
             ..Params::new(&self.grid, options.iso, options.sense.unwrap_or(self.sense))
         }
     }

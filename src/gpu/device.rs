@@ -1,8 +1,12 @@
 //! Opening an adapter, or taking the caller's device, and waiting on it without hanging.
 
+use bytemuck::Pod;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
+
+/// Data comes back from the GPU in pieces of at most this size, so that the staging memory stays small.
+pub(super) const READ_BYTES: u64 = 16 << 20;
 
 /// Why the GPU could not do the work.
 #[derive(Debug, Clone, thiserror::Error)]
@@ -182,8 +186,13 @@ impl Gpu {
     /// [`GpuError::Timeout`], [`GpuError::Lost`]. After a time-out the device may hang when
     /// dropped: leave the process, or leak it.
     pub fn wait(&self) -> Result<(), GpuError> {
+        self.wait_for(None)
+    }
+
+    /// [`Gpu::wait`] for one submission and those before it; for all if it is none.
+    pub(crate) fn wait_for(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), GpuError> {
         self.check()?;
-        let poll = wgpu::PollType::Wait { submission_index: None, timeout: Some(self.time_limit) };
+        let poll = wgpu::PollType::Wait { submission_index, timeout: Some(self.time_limit) };
         match self.device.poll(poll) {
             Ok(_) => self.check(),
             Err(wgpu::PollError::Timeout) => Err(GpuError::Timeout(self.time_limit)),
@@ -252,20 +261,19 @@ impl Gpu {
         self.guarded("upload", bytes.len() as u64, || self.queue.write_buffer(buffer, 0, bytes))
     }
 
-    /// Reads the first `bytes` bytes of `source` back, waiting for all submitted work.
+    /// Reads the first `count` items of `source` back, waiting for all submitted work.
     ///
     /// # Errors
     /// As [`Gpu::wait`] and [`Gpu::buffer`].
-    pub fn read(&self, source: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
-        // Pieces keep the staging memory small whatever the size of the mesh.
-        const PIECE: u64 = 64 << 20;
-        let mut out = Vec::with_capacity(bytes as usize);
+    pub fn read<T: Pod>(&self, source: &wgpu::Buffer, count: u64) -> Result<Vec<T>, GpuError> {
+        let mut items = bytemuck::zeroed_vec(count as usize);
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut items);
+        let length = bytes.len() as u64;
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let padded = bytes.next_multiple_of(4);
-        let staging = self.buffer("readback", padded.min(PIECE), usage)?;
-        while (out.len() as u64) < bytes {
-            let from = out.len() as u64;
-            let size = (padded - from).min(PIECE);
+        let staging = self.buffer("readback", length.next_multiple_of(4).min(READ_BYTES), usage)?;
+        for from in (0..length).step_by(READ_BYTES as usize) {
+            let useful = (length - from).min(READ_BYTES);
+            let size = useful.next_multiple_of(4);
             self.guarded("readback", size, || {
                 let mut encoder = self.device.create_command_encoder(&Default::default());
                 encoder.copy_buffer_to_buffer(source, from, &staging, 0, size);
@@ -273,14 +281,21 @@ impl Gpu {
                 staging.slice(..size).map_async(wgpu::MapMode::Read, |_| {});
             })?;
             self.wait()?;
-            let useful = (bytes - from).min(size) as usize;
             {
                 let view = staging.slice(..size).get_mapped_range();
                 let view = view.map_err(|e| GpuError::Refused(format!("readback: {e}")))?;
-                out.extend_from_slice(&view[..useful]);
+                bytes[from as usize..(from + useful) as usize].copy_from_slice(&view[..useful as usize]);
             }
             staging.unmap();
         }
-        Ok(out)
+        Ok(items)
+    }
+
+    /// Reads the item at the start of `source` back.
+    ///
+    /// # Errors
+    /// As [`Gpu::read`].
+    pub fn read_one<T: Pod>(&self, source: &wgpu::Buffer) -> Result<T, GpuError> {
+        Ok(self.read(source, 1)?[0])
     }
 }

@@ -1,5 +1,6 @@
 //! The mesh as it lies on the GPU: three buffers, ready for a draw call.
 
+use super::device::READ_BYTES;
 use super::{Gpu, GpuError};
 use crate::mesh::{Mesh, Vertex};
 
@@ -124,7 +125,14 @@ impl GpuMesh {
     /// # Errors
     /// As [`Gpu::read`].
     pub fn read_header(&self, gpu: &Gpu) -> Result<MeshHeader, GpuError> {
-        Ok(bytemuck::pod_read_unaligned(&gpu.read(&self.header, MESH_HEADER_BYTES)?))
+        gpu.read_one(&self.header)
+    }
+
+    /// Bytes that [`GpuMesh::read`] takes in main memory: the mesh, and the piece on its way.
+    pub fn read_bytes(&self) -> u64 {
+        let vertices = u64::from(self.vertex_capacity) * size_of::<Vertex>() as u64;
+        let triangles = u64::from(self.triangle_capacity) * 12;
+        vertices + triangles + vertices.max(triangles).min(READ_BYTES)
     }
 
     /// Reads the mesh back. A mesh that overflowed comes back empty.
@@ -136,11 +144,9 @@ impl GpuMesh {
         if header.overflow != 0 || header.triangles == 0 {
             return Ok(Mesh::default());
         }
-        let vertices = gpu.read(&self.vertices, u64::from(header.vertices) * size_of::<Vertex>() as u64)?;
-        let triangles = gpu.read(&self.indices, u64::from(header.triangles) * 12)?;
         Ok(Mesh {
-            vertices: bytemuck::pod_collect_to_vec(&vertices),
-            triangles: bytemuck::pod_collect_to_vec(&triangles),
+            vertices: gpu.read(&self.vertices, header.vertices.into())?,
+            triangles: gpu.read(&self.indices, header.triangles.into())?,
         })
     }
 }

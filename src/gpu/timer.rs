@@ -68,7 +68,7 @@ impl Timer {
             encoder.resolve_query_set(set, 0..count, &buffer, 0);
             gpu.queue.submit([encoder.finish()]);
         })?;
-        let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&gpu.read(&buffer, u64::from(count) * 8)?);
+        let ticks: Vec<u64> = gpu.read(&buffer, count.into())?;
         let period = f64::from(gpu.queue.get_timestamp_period()) * 1e-9;
         for (pair, &stage) in ticks.chunks_exact(2).zip(&self.stages) {
             *seconds[stage].get_or_insert(0.0) += pair[1].saturating_sub(pair[0]) as f64 * period;

@@ -66,8 +66,7 @@ pub fn gpu_bounds(gpu: &Gpu, mesh: &GpuMesh) -> Result<Option<(Vec3, Vec3)>, Ren
         }
         gpu.queue.submit([encoder.finish()]);
     })?;
-    let bytes = gpu.read(&keys, 24)?;
-    let keys: [u32; 6] = bytemuck::pod_read_unaligned(&bytes);
+    let keys: [u32; 6] = gpu.read_one(&keys)?;
     if keys == EMPTY {
         return Ok(None);
     }

@@ -147,7 +147,7 @@ impl Renderer {
             );
             self.gpu.queue.submit([encoder.finish()]);
         })?;
-        let padded = self.gpu.read(&pixels, bytes)?;
+        let padded: Vec<u8> = self.gpu.read(&pixels, bytes)?;
         let mut out: Vec<u8> =
             padded.chunks_exact(row as usize).flat_map(|r| &r[..width as usize * 4]).copied().collect();
         unmultiply(&mut out);

@@ -24,19 +24,21 @@ pub struct Params {
     pub outward_y: [f32; 3],
     pub mirrored: u32,
     pub outward_z: [f32; 3],
-    pub first_plane: u32,
-    pub points: [u32; 3],
-    pub first_brick: u32,
-    pub bricks: [u32; 3],
-    pub slab_bricks: u32,
-    pub own_bricks: u32,
     pub first_slot: u32,
-    pub first_vertex: u32,
+    pub points: [u32; 3],
+    pub own_bricks: u32,
+    pub slab_first: [u32; 3],
+    pub slab_bricks: u32,
+    pub slab_extent: [u32; 3],
     pub first_triangle: u32,
+    pub source_first: [u32; 3],
+    pub triangle_window: u32,
+    pub source_extent: [u32; 3],
+    pub triangle_capacity: u32,
+    pub first_vertices: [u32; 4],
     pub vertex_window: u32,
     pub vertex_capacity: u32,
-    pub triangle_window: u32,
-    pub triangle_capacity: u32,
+    pub padding: [u32; 2],
 }
 
 /// Gradients of fields without their own are differences over this part of the shortest step.
@@ -67,27 +69,29 @@ impl Params {
             outward_y: outward.y_axis.into(),
             mirrored: grid.is_mirrored().into(),
             outward_z: outward.z_axis.into(),
-            first_plane: 0,
-            points: grid.points().into(),
-            first_brick: 0,
-            bricks: grid.bricks().into(),
-            slab_bricks: bricks,
-            own_bricks: bricks,
             first_slot: 0,
-            first_vertex: 0,
+            points: grid.points().into(),
+            own_bricks: bricks,
+            slab_first: [0; 3],
+            slab_bricks: bricks,
+            slab_extent: grid.bricks().into(),
             first_triangle: 0,
+            source_first: [0; 3],
+            triangle_window: 0,
+            source_extent: grid.points().into(),
+            triangle_capacity: u32::MAX,
+            first_vertices: [0; 4],
             vertex_window: 0,
             vertex_capacity: u32::MAX,
-            triangle_window: 0,
-            triangle_capacity: u32::MAX,
+            padding: [0; 2],
         }
     }
 
-    /// Lowest point of a brick.
+    /// Lowest point of a brick of the slab.
     #[inline(always)]
     pub fn brick_origin(&self, brick: u32) -> UVec3 {
-        let [x, y, _] = self.bricks;
-        UVec3::new(brick % x, brick / x % y, brick / (x * y)) * 8
+        let [x, y, _] = self.slab_extent;
+        (UVec3::from(self.slab_first) + UVec3::new(brick % x, brick / x % y, brick / (x * y))) * 8
     }
 
     /// World position at grid coordinates `q`; as [`Grid::position`].
@@ -111,4 +115,6 @@ pub struct Work {
     pub runaway: u32,
     pub batch_slots: u32,
     pub batches: u32,
+    pub run_slots: [u32; 4],
+    pub run_vertices: [u32; 4],
 }

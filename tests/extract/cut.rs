@@ -65,6 +65,31 @@ fn fields_by_budget() {
     assert!(seen.iter().any(|&(slabs, _)| slabs > 1), "slabs and batches: {seen:?}");
 }
 
+/// Wide grids are cut along y and along x too, where one layer or one row of bricks is too much.
+///
+/// Goes red when `vertex_on` takes any of the four `first_vertices` for another, and when the volume's box
+/// is read without `source_first` or with the extent of the grid.
+#[test]
+fn layers_and_rows_are_cut_too() {
+    let Some(extractor) = common::extractor() else { return };
+    // A flat pipe across all of the grid, with waves: surface in every brick row, borders everywhere.
+    let value = |p: Vec3| (p.x * 0.31).sin() + (p.y * 0.43 + 0.2 * p.z).cos() + (p.z - 9.0) * 0.2;
+    for cells in [[1100, 20, 19], [60, 150, 20], [2000, 3, 4]] {
+        let grid = Grid::new(cells, Vec3::ZERO, Mat3::IDENTITY).unwrap();
+        let [columns, rows, layers] = grid.bricks().to_array().map(u64::from);
+        let volume = common::sampled(grid, value);
+        let seen = shrink_budget(extractor, &Source::Volume(&volume), 0.1);
+        let most = seen.iter().map(|&(slabs, _)| slabs).max().unwrap();
+        // More than one slab a layer; where rows are long, more than one a row.
+        let least = if columns > 64 { layers * rows * 2 } else { layers * 2 };
+        assert!(most >= least, "{cells:?}, slabs and batches: {seen:?}");
+    }
+    let (gyroid, _) = common::named("gyroid", 1);
+    let grid = Grid::from_bounds([1100, 20, 19], Vec3::ZERO, Vec3::new(3.0, 0.06, 0.06)).unwrap();
+    let seen = shrink_budget(extractor, &Source::Field(&gyroid, grid), 0.1);
+    assert!(seen.iter().any(|&(slabs, _)| slabs >= 3 * 3 * 2), "slabs and batches: {seen:?}");
+}
+
 /// A device that binds little cuts everything, and thinner again where a slab's part of the mesh is more
 /// than it binds.
 #[test]

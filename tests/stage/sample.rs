@@ -66,14 +66,13 @@ fn workgroups_beyond_the_batch_do_nothing() {
     })
     .unwrap();
 
-    let samples: Vec<f32> =
-        bytemuck::pod_collect_to_vec(&gpu.read(&samples, u64::from(slots) * BRICK_BYTES).unwrap());
+    let samples: Vec<f32> = gpu.read(&samples, u64::from(slots) * BRICK_BYTES / 4).unwrap();
     let (own, rest) = samples.split_at(batch as usize * 729);
     assert!(own.iter().all(|v| v.is_finite()), "the batch's own samples are there");
     assert!(rest.iter().all(|v| v.is_nan()), "samples were written behind the batch");
-    let counts: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&gpu.read(&counts, 8 * 9).unwrap());
+    let counts: Vec<[u32; 2]> = gpu.read(&counts, 9).unwrap();
     let untouched = |slot: u32| counts[slot as usize] == [0xcdcd_cdcd; 2];
     assert!((0..9).all(|slot| untouched(slot) != (2..4).contains(&slot)), "{counts:x?}");
-    let work: Work = bytemuck::pod_read_unaligned(&gpu.read(&work, size_of::<Work>() as u64).unwrap());
+    let work: Work = gpu.read_one(&work).unwrap();
     assert_eq!(work.non_finite, 0, "samples of other batches were counted");
 }

@@ -19,7 +19,7 @@ const LAYERS: usize = 8;
 /// The table of ranges of all bricks of a volume, and how many samples are NaN or infinite.
 pub fn range(params: &Params, values: &[f32]) -> (Vec<Range>, u64) {
     let [_, _, nz] = params.points.map(|n| n as usize);
-    let [bx, by, bz] = params.bricks.map(|n| n as usize);
+    let [bx, by, bz] = params.slab_extent.map(|n| n as usize);
     let mut ranges = vec![[u32::MAX, 0]; bx * by * bz];
     let layers = bz.div_ceil(8 * rayon::current_num_threads()).clamp(1, LAYERS);
     let odd = ranges.par_chunks_mut(bx * by * layers).enumerate().map(|(task, ranges)| {
@@ -56,7 +56,7 @@ struct Folds {
 
 impl Folds {
     fn new(params: &Params) -> Self {
-        let count = (params.points[0] * params.bricks[1]) as usize;
+        let count = (params.points[0] * params.slab_extent[1]) as usize;
         Self { low: vec![0.0; count], high: vec![0.0; count], magnitude: vec![0; count] }
     }
 
@@ -84,7 +84,7 @@ impl Folds {
     /// The range of a brick of the layer, if all of its samples are finite.
     #[inline(always)]
     fn range(&self, params: &Params, brick: usize) -> Option<Range> {
-        let [nx, bx] = [params.points[0], params.bricks[0]].map(|n| n as usize);
+        let [nx, bx] = [params.points[0], params.slab_extent[0]].map(|n| n as usize);
         let (x, row) = (8 * (brick % bx), brick / bx);
         let own = nx * row + x..nx * row + nx.min(x + 9);
         if self.magnitude[own.clone()].iter().any(|&m| m >= 0x7f80_0000) {
@@ -191,7 +191,7 @@ pub fn compact(params: &Params, marks: &[[u32; 2]], slots: &mut [u32]) -> Vec<u3
         let kept = marks[index + 1][0] > slot;
         slots[index] = if kept { slot } else { NO_SLOT };
         if kept {
-            active_list[slot as usize] = params.first_brick + index as u32;
+            active_list[slot as usize] = index as u32;
         }
     }
     active_list

@@ -356,10 +356,10 @@ impl<'a> Beside<'a> {
         offsets: &[[u32; 2]],
         brick: u32,
     ) -> Self {
-        let [nx, ny, _] = params.bricks;
+        let [nx, ny, _] = params.slab_extent;
         Self([0, 1, 2, 3, 4, 5, 6, 7].map(|i: u32| {
             let beside = brick + (i & 1) + nx * ((i >> 1 & 1) + ny * (i >> 2));
-            let slot = *slots.get((beside - params.first_brick) as usize)?;
+            let slot = *slots.get(beside as usize)?;
             (slot != NO_SLOT).then(|| (&records[slot as usize], offsets[slot as usize][0]))
         }))
     }
