@@ -1,0 +1,7 @@
+//! CPU twin of `shaders/emit.wgsl`.
+
+mod indices;
+mod vertices;
+
+pub use indices::{Beside, EdgeNumbers, emit_indices};
+pub use vertices::{emit_field_vertices, emit_volume_vertices, unit_or};
