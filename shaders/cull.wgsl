@@ -1,8 +1,8 @@
 // cull: keeps the bricks that can hold surface.
 //
 // `range` builds a volume's table of lowest and highest sample a brick, once a volume (for a field it
-// tells, of an empty mesh, what values there were); `cull` marks
-// the bricks whose range straddles iso, or all of them for a field without bounds; `compact` turns
+// tells, of an empty mesh, what values there were); a field's table is made of intervals by bounds.wgsl.
+// `cull` marks the bricks whose range straddles iso, or all of them for a field without bounds; `compact` turns
 // the scanned marks into the list of active bricks, in brick order, and the dispatch arguments.
 // CPU twin: src/stage/cull/cpu.rs.
 
@@ -54,14 +54,6 @@ fn range(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
         high = 0xffffffffu;
     }
     ranges[index] = vec2<u32>(low, high);
-}
-
-// Whether a brick with this range can have samples on both sides.
-fn straddles(low: u32, high: u32) -> bool {
-    let flipped = params.flip != 0u;
-    let innermost = select(low, ~high, flipped);
-    let outermost = select(high, ~low, flipped);
-    return low <= high && innermost < params.iso_key && outermost >= params.iso_key;
 }
 
 @compute @workgroup_size(64)

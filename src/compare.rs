@@ -8,6 +8,7 @@ use crate::grid::SAMPLES_PER_BRICK;
 use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
+use crate::stage::cull::bounds::bounds;
 use crate::stage::cull::cpu::{compact, cull, keep_all, range};
 use crate::stage::emit::cpu::{Beside, EdgeNumbers, emit_field_vertices, emit_indices, emit_volume_vertices};
 use crate::stage::inside::{Inside, order_key};
@@ -238,6 +239,11 @@ fn compare_cull(found: &mut Comparison, source: &Source<'_>, params: &Params, gp
             found.rows.push(Row::exact("cull", "range of each brick", &gpu.ranges, &ranges));
             cull(params, &gpu.ranges, &mut marks[..bricks]);
         }
+        Source::Field(field, _) if has_bounds(*field) => {
+            let ranges = bounds(params, *field);
+            found.rows.push(Row::exact("cull", "range of each brick", &gpu.ranges, &ranges));
+            cull(params, &gpu.ranges, &mut marks[..bricks]);
+        }
         Source::Field(..) => keep_all(&mut marks[..bricks]),
     }
     scan(&mut marks);
@@ -245,6 +251,10 @@ fn compare_cull(found: &mut Comparison, source: &Source<'_>, params: &Params, gp
     let active = compact(params, &marks, &mut slots);
     found.rows.push(Row::exact("cull", "brick map", &gpu.slots, &slots));
     found.rows.push(Row::exact("cull", "active list", &gpu.active, &active));
+}
+
+fn has_bounds(field: &dyn Field) -> bool {
+    field.wgsl().is_ok_and(|wgsl| wgsl.interval.is_some())
 }
 
 /// Whether there were samples to compare.

@@ -49,6 +49,7 @@ pub mod compare;
 pub mod extract;
 pub mod field;
 pub mod gpu;
+pub mod graph;
 pub mod grid;
 pub mod mesh;
 pub mod render;

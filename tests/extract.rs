@@ -155,7 +155,7 @@ impl Field for Holes {
             return (p.x * p.x + p.y * p.y) + p.z * p.z;
         }";
         let parameters = vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
-        Ok(Wgsl { source: source.into(), has_gradient: false, parameters, counts_loops: false })
+        Ok(Wgsl { value: source.into(), gradient: None, interval: None, parameters, counts_loops: false })
     }
 }
 

@@ -46,7 +46,7 @@ impl Loaded {
                 return Err(Failure::usage(format!("a volume needs an iso value, -I VALUE; {range}")));
             }
         };
-        Ok(Options { iso, sense: args.inside.map(Sense::from), memory_budget })
+        Ok(Options { sense: args.inside.map(Sense::from), memory_budget, ..Options::new(iso) })
     }
 }
 

@@ -6,7 +6,8 @@ use crate::grid::SAMPLES_PER_BRICK;
 use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
-use crate::stage::cull::cpu::{NO_SLOT, compact, cull, keep_all, range};
+use crate::stage::cull::bounds::{Culled, cull_field};
+use crate::stage::cull::cpu::{NO_SLOT, compact, cull, range};
 use crate::stage::emit::cpu::{Beside, EdgeNumbers, emit_field_vertices, emit_indices, emit_volume_vertices};
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
@@ -51,26 +52,27 @@ pub fn extract_on_cpu(
     let brick_bytes = volume_bytes + bricks * (8 + 8 + 4);
     budget("the table of the grid's bricks", brick_bytes)?;
 
-    let mut marks = vec![[0; 2]; bricks + 1];
+    let mut slots = vec![NO_SLOT; bricks];
     let mut non_finite = 0;
-    match source {
+    let culled = match source {
         Source::Volume(volume) => {
             let (ranges, odd) = volume.ranges(|values| range(&params, values));
-            cull(&params, ranges, &mut marks[..bricks]);
             non_finite = *odd;
+            let mut marks = vec![[0; 2]; bricks + 1];
+            cull(&params, ranges, &mut marks[..bricks]);
+            scan(&mut marks);
+            Culled { active: compact(&params, &marks, &mut slots), ..Culled::default() }
         }
-        Source::Field(..) => keep_all(&mut marks[..bricks]),
-    }
-    scan(&mut marks);
-    let mut slots = vec![0; bricks];
-    let active = compact(&params, &marks, &mut slots);
-    drop(marks);
+        Source::Field(field, _) if options.cull => cull_field(&params, *field),
+        Source::Field(..) => Culled { active: (0..bricks as u32).collect(), ..Culled::default() },
+    };
+    let active = &culled.active;
     clock.lap(at::CULL);
 
     let done = Progress::new(progress, active.len());
     let found = AtomicUsize::new(0);
     let classified = active.par_chunks(TASK).map(|bricks| {
-        let kept = classify_bricks(source, &params, inside, bricks)?;
+        let kept = classify_bricks(source, &culled, &params, inside, bricks)?;
         let all = found.fetch_add(kept.bricks.len(), Ordering::Relaxed) + kept.bricks.len();
         budget("the records of the bricks with surface", brick_bytes + all * KEPT_BYTES)?;
         done.add(bricks.len());
@@ -78,7 +80,6 @@ pub fn extract_on_cpu(
     });
     let active_bricks = active.len() as u64;
     let classified: Vec<Kept> = classified.collect::<Result<_, ExtractError>>()?;
-    drop(active);
     // From here on only bricks with surface have a slot: what they are costs nothing but the map.
     slots.fill(NO_SLOT);
     let mut kept = Kept::default();
@@ -121,6 +122,7 @@ pub fn extract_on_cpu(
                 (own_vertices, vertices) = vertices.split_at_mut(size[0]);
                 (own_triangles, triangles) = triangles.split_at_mut(size[1]);
                 let origin = params.brick_origin(active[slot]);
+                let source = &pruned(source, &culled, &params, active[slot]);
                 let samples = brick_samples(source, &params, origin, &mut scratch)?;
                 let record = &records[slot];
                 let beside = Beside::new(&params, &slots, &records, &counts, active[slot]);
@@ -188,8 +190,18 @@ impl Kept {
     }
 }
 
+/// The source with its field pruned to what matters in a brick.
+#[inline(always)]
+fn pruned<'a>(source: &Source<'a>, culled: &'a Culled, params: &Params, brick: u32) -> Source<'a> {
+    match *source {
+        Source::Field(field, grid) => Source::Field(culled.field_in(params, brick, field), grid),
+        volume @ Source::Volume(_) => volume,
+    }
+}
+
 fn classify_bricks(
     source: &Source<'_>,
+    culled: &Culled,
     params: &Params,
     inside: Inside,
     bricks: &[u32],
@@ -198,6 +210,7 @@ fn classify_bricks(
     let mut kept = Kept::default();
     for &brick in bricks {
         let origin = params.brick_origin(brick);
+        let source = &pruned(source, culled, params, brick);
         let samples = brick_samples(source, params, origin, &mut scratch)?;
         let mut record = BrickRecord::zeroed();
         let count = classify(&MARCHING_CUBES, inside, &samples, &mut record);

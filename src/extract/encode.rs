@@ -119,7 +119,12 @@ impl Extractor {
         over_marks.set(b::COUNTS, &space.marks);
         {
             let mut pass = timer.pass(encoder, "cull", at::CULL);
-            self.cull.encode_mark(gpu, &mut pass, &bindings, slab.bricks(), space.is_volume);
+            let bounds = space.kernels.bounds.as_ref().filter(|_| options.cull);
+            if let Some(bounds) = bounds {
+                bounds.encode(gpu, &mut pass, &bindings, slab.extent);
+            }
+            let has_ranges = space.is_volume || bounds.is_some();
+            self.cull.encode_mark(gpu, &mut pass, &bindings, slab.bricks(), has_ranges);
             self.scan_marks.encode(gpu, &mut pass, &over_marks, slab.bricks());
             self.cull.encode_compact(gpu, &mut pass, &bindings, slab.bricks());
         }

@@ -30,7 +30,7 @@ pub struct Extractor {
     pub(super) scan_counts: Scan,
     pub(super) table: wgpu::Buffer,
     pub(super) volume: Arc<SourceKernels>,
-    pub(super) fields: Mutex<HashMap<String, Arc<SourceKernels>>>,
+    pub(super) fields: Mutex<HashMap<[Arc<str>; 3], Arc<SourceKernels>>>,
 }
 
 /// A mesh and how it was made.
@@ -76,11 +76,14 @@ impl Extractor {
 
     fn field_kernels(&self, wgsl: &Wgsl) -> Result<Arc<SourceKernels>, GpuError> {
         let mut fields = self.fields.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(kernels) = fields.get(&wgsl.source) {
+        let none = || Arc::from("");
+        let [gradient, interval] = [&wgsl.gradient, &wgsl.interval].map(|t| t.clone().unwrap_or_else(none));
+        let key = [wgsl.value.clone(), gradient, interval];
+        if let Some(kernels) = fields.get(&key) {
             return Ok(kernels.clone());
         }
         let kernels = Arc::new(SourceKernels::new(&self.gpu, Samples::Field(wgsl))?);
-        fields.insert(wgsl.source.clone(), kernels.clone());
+        fields.insert(key, kernels.clone());
         Ok(kernels)
     }
 
@@ -142,11 +145,11 @@ impl Extractor {
         if !Arc::ptr_eq(&self.field_kernels(&wgsl)?, &space.kernels) {
             return Err(ExtractError::OtherSource);
         }
-        let mut parameters = [0.0f32; 4 * PARAMETER_VECTORS];
-        let places = parameters.get_mut(..wgsl.parameters.len());
-        let places = places.ok_or(ExtractError::TooManyParameters { given: wgsl.parameters.len() })?;
-        places.copy_from_slice(&wgsl.parameters);
-        Ok(self.gpu.write(&space.field_parameters, bytemuck::cast_slice(&parameters))?)
+        let given = wgsl.parameters.len();
+        if given > 4 * PARAMETER_VECTORS {
+            return Err(ExtractError::TooManyParameters { given });
+        }
+        Ok(self.gpu.write(&space.field_parameters, bytemuck::cast_slice(&wgsl.parameters))?)
     }
 
     /// Fills the scratch with a pattern, so that what a stage did not write shows.
@@ -341,7 +344,7 @@ impl Extractor {
         let Ok(coarse) = Grid::new(cells.into(), grid.origin(), step) else { return Ok(None) };
         let space = self.prepare(&Source::Field(*field, coarse), u64::MAX)?;
         let slab = space.plan.slab(0);
-        let options = Options::new(0.0);
+        let options = Options { cull: false, ..Options::new(0.0) };
         let params = self.uniform(&space.params(&options, slab));
         self.gpu.guarded("value range", 0, || {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());

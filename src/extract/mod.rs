@@ -75,6 +75,8 @@ pub struct Options {
     pub iso: f32,
     /// Which side is inside, where it is not the source's own sense.
     pub sense: Option<Sense>,
+    /// Whether a field's bricks are culled by its intervals. It changes no mesh, only the time.
+    pub cull: bool,
     /// The most bytes that buffers (of GPU or CPU, the mesh included) may take.
     pub memory_budget: u64,
 }
@@ -82,7 +84,7 @@ pub struct Options {
 impl Options {
     /// The settings for an iso value, with all of memory.
     pub fn new(iso: f32) -> Self {
-        Self { iso, sense: None, memory_budget: u64::MAX }
+        Self { iso, sense: None, cull: true, memory_budget: u64::MAX }
     }
 }
 

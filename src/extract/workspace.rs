@@ -7,7 +7,7 @@ use crate::gpu::kernel::{Bindings, binding as b};
 use crate::gpu::{Gpu, GpuError, MESH_HEADER_BYTES};
 use crate::grid::Grid;
 use crate::stage::classify::{BrickRecord, Classify};
-use crate::stage::cull::Range;
+use crate::stage::cull::{Bounds, Range};
 use crate::stage::emit::Emit;
 use crate::stage::params::{Params, Work};
 use crate::stage::sample::Sample;
@@ -19,6 +19,7 @@ use wgpu::BufferUsages as U;
 #[derive(Debug)]
 pub(super) struct SourceKernels {
     pub(super) range: Range,
+    pub(super) bounds: Option<Bounds>,
     pub(super) sample: Option<Sample>,
     pub(super) classify: Classify,
     pub(super) emit: Emit,
@@ -26,12 +27,13 @@ pub(super) struct SourceKernels {
 
 impl SourceKernels {
     pub(super) fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
-        let sample = match samples {
-            Samples::Volume => None,
-            Samples::Field(wgsl) => Some(Sample::new(gpu, wgsl)?),
+        let (sample, bounds) = match samples {
+            Samples::Volume => (None, None),
+            Samples::Field(wgsl) => (Some(Sample::new(gpu, wgsl)?), Bounds::new(gpu, wgsl)?),
         };
         Ok(Self {
             range: Range::new(gpu, samples)?,
+            bounds,
             sample,
             classify: Classify::new(gpu, samples)?,
             emit: Emit::new(gpu, samples)?,

@@ -8,7 +8,9 @@ pub mod named;
 pub mod turns;
 pub mod user;
 
+use crate::graph::interval::{ALL, Interval};
 use std::fmt;
+use std::sync::Arc;
 
 /// Which side of the iso value is inside the solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,12 +45,15 @@ impl Points<'_> {
 /// A field as WGSL text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wgsl {
-    /// Defines `fn density(p: vec3<f32>) -> f32`, and `fn density_gradient(p: vec3<f32>) -> vec3<f32>`
-    /// if `has_gradient`. May read `field_parameters[i]` (`vec4<f32>`, i < 16), and call `sin_turns` and
-    /// `cos_turns`.
-    pub source: String,
-    /// Whether the source has its own gradient; else central differences are taken.
-    pub has_gradient: bool,
+    /// Defines `fn density(p: vec3<f32>) -> f32`. This and the others may read `field_parameters[i]`
+    /// (`vec4<f32>`, i < [`PARAMETER_VECTORS`]), and call `sin_turns` and `cos_turns`.
+    pub value: Arc<str>,
+    /// Defines `fn density_gradient(p: vec3<f32>) -> vec3<f32>`, without `value` beside it; where there is
+    /// none, central differences are taken.
+    pub gradient: Option<Arc<str>>,
+    /// Defines `fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32>`: bounds of the
+    /// values over a box, lowest first ([`crate::graph::interval`]). Where there is none, no brick is culled.
+    pub interval: Option<Arc<str>>,
     /// What `field_parameters` holds. Changing these compiles nothing.
     pub parameters: Vec<f32>,
     /// Whether the source counts the iterations of its loops and stops those that run away
@@ -57,7 +62,7 @@ pub struct Wgsl {
 }
 
 /// Vectors of parameters that a field may have on the GPU.
-pub const PARAMETER_VECTORS: usize = 16;
+pub const PARAMETER_VECTORS: usize = 1024;
 
 /// Why a field cannot be evaluated in a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -68,6 +73,15 @@ pub enum NoForm {
     /// The field has no WGSL.
     #[error("this field has no WGSL form: use `--backend cpu`")]
     Gpu,
+}
+
+/// What is known of a field in a box.
+#[derive(Debug, Clone)]
+pub struct Within {
+    /// Bounds of the values that its own arithmetic gives there.
+    pub range: Interval,
+    /// A simpler field that has the same values and gradients there, bit for bit.
+    pub field: Option<Arc<dyn Field>>,
 }
 
 /// A density field over world space.
@@ -102,6 +116,13 @@ pub trait Field: Send + Sync + fmt::Debug {
             out.iter_mut().zip(high.iter().zip(&low)).for_each(|(g, (h, l))| g[axis] = h - l);
         }
         Ok(())
+    }
+
+    /// What is known of the field in a box of points (x, y, z): bounds of its values, and a simpler field
+    /// that is the same there. By default nothing.
+    fn within(&self, region: [Interval; 3]) -> Within {
+        let _ = region;
+        Within { range: ALL, field: None }
     }
 
     /// The field as WGSL.

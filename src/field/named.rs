@@ -1,10 +1,9 @@
 //! The fields with a name: norm balls, torus, gyroid. Each is one entry of [`ALL`]: its formula, its
-//! parameters, its WGSL and the same arithmetic in Rust, side by side and in the same order, so that
-//! both give the same bits where the GPU does not contract.
+//! parameters, and the expression that both backends evaluate.
 
-use super::turns::{cos_turns, sin_turns};
-use super::{Field, NoForm, Points, Sense, Wgsl};
-use multiversion::multiversion;
+use super::{Field, NoForm, Points, Sense, Wgsl, Within};
+use crate::graph::interval::Interval;
+use crate::graph::{Expr, GraphField, x, y, z};
 
 /// A parameter of a named field.
 #[derive(Debug, Clone, Copy)]
@@ -19,54 +18,24 @@ pub struct Parameter {
     pub least: f64,
 }
 
-type Value = fn(&[f32; 4], Points<'_>, &mut [f32]);
-type Gradient = fn(&[f32; 4], Points<'_>, &mut [[f32; 3]]);
-
-/// An evaluator over slices of points, compiled for several instruction sets and chosen at run time.
-/// None of them fuses a product and a sum: all give the same bits.
-macro_rules! over_points {
-    ($out:ty, |$c:ident, $points:ident, $slice:ident| $body:expr) => {{
-        #[multiversion(targets("x86_64+avx2"))]
-        fn evaluate($c: &[f32; 4], $points: Points<'_>, $slice: &mut [$out]) {
-            $body;
-        }
-        evaluate
-    }};
-}
-
 /// What is known of a field by its name.
 pub struct Definition {
     /// The name.
     pub name: &'static str,
     /// One line of formula.
     pub formula: &'static str,
-    /// Its parameters, at most four.
+    /// Its parameters.
     pub parameters: &'static [Parameter],
     /// An iso value that shows something.
     pub iso: f32,
     /// Half the edge of a cube around the origin that shows it.
     pub half_edge: f32,
-    /// From the parameters to the constants that both evaluators read.
-    constants: fn(&[f64]) -> [f32; 4],
-    value: Value,
-    gradient: Gradient,
-    wgsl: &'static str,
+    /// The field, given its parameters.
+    build: fn(&[Expr]) -> Expr,
 }
 
-#[inline(always)]
-fn norm(x: f32, y: f32, z: f32) -> f32 {
-    ((x * x + y * y) + z * z).sqrt()
-}
-
-#[inline(always)]
-fn sign(v: f32) -> f32 {
-    if v > 0.0 {
-        1.0
-    } else if v < 0.0 {
-        -1.0
-    } else {
-        0.0
-    }
+fn distance_square() -> Expr {
+    (x().square() + y().square()) + z().square()
 }
 
 /// Every named field.
@@ -77,12 +46,7 @@ pub static ALL: &[Definition] = &[
         parameters: &[],
         iso: 1.0,
         half_edge: 1.5,
-        constants: |_| [0.0; 4],
-        value: over_points!(f32, |_c, points, out| points.map(out, norm)),
-        gradient: over_points!([f32; 3], |_c, points, out| points.map(out, |x, y, z| [x, y, z])),
-        wgsl: "
-            fn density(p: vec3<f32>) -> f32 { return sqrt((p.x * p.x + p.y * p.y) + p.z * p.z); }
-            fn density_gradient(p: vec3<f32>) -> vec3<f32> { return p; }",
+        build: |_| distance_square().sqrt(),
     },
     Definition {
         name: "octahedron",
@@ -90,16 +54,7 @@ pub static ALL: &[Definition] = &[
         parameters: &[],
         iso: 1.0,
         half_edge: 1.5,
-        constants: |_| [0.0; 4],
-        value: over_points!(f32, |_c, points, out| points.map(out, |x, y, z| (x.abs() + y.abs()) + z.abs())),
-        gradient: over_points!([f32; 3], |_c, points, out| points.map(out, |x, y, z| [
-            sign(x),
-            sign(y),
-            sign(z)
-        ])),
-        wgsl: "
-            fn density(p: vec3<f32>) -> f32 { return (abs(p.x) + abs(p.y)) + abs(p.z); }
-            fn density_gradient(p: vec3<f32>) -> vec3<f32> { return sign(p); }",
+        build: |_| (x().abs() + y().abs()) + z().abs(),
     },
     Definition {
         name: "cube",
@@ -107,29 +62,7 @@ pub static ALL: &[Definition] = &[
         parameters: &[],
         iso: 1.0,
         half_edge: 1.5,
-        constants: |_| [0.0; 4],
-        value: over_points!(f32, |_c, points, out| points
-            .map(out, |x, y, z| x.abs().max(y.abs()).max(z.abs()))),
-        gradient: over_points!([f32; 3], |_c, points, out| {
-            points.map(out, |x, y, z| {
-                let (a, b, c) = (x.abs(), y.abs(), z.abs());
-                if a >= b && a >= c {
-                    [sign(x), 0.0, 0.0]
-                } else if b >= c {
-                    [0.0, sign(y), 0.0]
-                } else {
-                    [0.0, 0.0, sign(z)]
-                }
-            });
-        }),
-        wgsl: "
-            fn density(p: vec3<f32>) -> f32 { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
-            fn density_gradient(p: vec3<f32>) -> vec3<f32> {
-                let a = abs(p);
-                if a.x >= a.y && a.x >= a.z { return vec3<f32>(sign(p.x), 0.0, 0.0); }
-                if a.y >= a.z { return vec3<f32>(0.0, sign(p.y), 0.0); }
-                return vec3<f32>(0.0, 0.0, sign(p.z));
-            }",
+        build: |_| x().abs().max(y().abs()).max(z().abs()),
     },
     Definition {
         name: "torus",
@@ -150,35 +83,12 @@ pub static ALL: &[Definition] = &[
         ],
         iso: 0.0,
         half_edge: 1.5,
-        // R² − r² and 4R²; the defaults round to exactly 0.375 and 2.
-        constants: |p| [(p[0] * p[0] - p[1] * p[1]) as f32, (4.0 * p[0] * p[0]) as f32, 0.0, 0.0],
-        value: over_points!(f32, |c, points, out| {
-            points.map(out, |x, y, z| {
-                let flat = x * x + y * y;
-                let k = (flat + z * z) + c[0];
-                k * k - c[1] * flat
-            });
-        }),
-        gradient: over_points!([f32; 3], |c, points, out| {
-            points.map(out, |x, y, z| {
-                let k = 4.0 * (((x * x + y * y) + z * z) + c[0]);
-                let in_plane = k - 2.0 * c[1];
-                [in_plane * x, in_plane * y, k * z]
-            });
-        }),
-        wgsl: "
-            fn density(p: vec3<f32>) -> f32 {
-                let c = field_parameters[0];
-                let flat_square = p.x * p.x + p.y * p.y;
-                let k = (flat_square + p.z * p.z) + c.x;
-                return k * k - c.y * flat_square;
-            }
-            fn density_gradient(p: vec3<f32>) -> vec3<f32> {
-                let c = field_parameters[0];
-                let k = 4.0 * (((p.x * p.x + p.y * p.y) + p.z * p.z) + c.x);
-                let in_plane = k - 2.0 * c.y;
-                return vec3<f32>(in_plane * p.x, in_plane * p.y, k * p.z);
-            }",
+        build: |p| {
+            // The uniforms R² − r² and 4R² round to exactly 0.375 and 2 for the defaults.
+            let flat = x().square() + y().square();
+            let k = (&flat + z().square()) + (p[0].square() - p[1].square());
+            k.square() - flat * (p[0].square() * 4.0)
+        },
     },
     Definition {
         name: "gyroid",
@@ -191,33 +101,10 @@ pub static ALL: &[Definition] = &[
         }],
         iso: 0.0,
         half_edge: 1.0,
-        constants: |p| [(1.0 / p[0]) as f32, 0.0, 0.0, 0.0],
-        value: over_points!(f32, |c, points, out| {
-            points.map(out, |x, y, z| {
-                let (x, y, z) = (x * c[0], y * c[0], z * c[0]);
-                (sin_turns(x) * cos_turns(y) + sin_turns(y) * cos_turns(z)) + sin_turns(z) * cos_turns(x)
-            });
-        }),
-        gradient: over_points!([f32; 3], |c, points, out| {
-            points.map(out, |x, y, z| {
-                let (x, y, z) = (x * c[0], y * c[0], z * c[0]);
-                let (sx, sy, sz) = (sin_turns(x), sin_turns(y), sin_turns(z));
-                let (cx, cy, cz) = (cos_turns(x), cos_turns(y), cos_turns(z));
-                [cx * cy - sz * sx, cy * cz - sx * sy, cz * cx - sy * sz]
-            });
-        }),
-        wgsl: "
-            fn density(p: vec3<f32>) -> f32 {
-                let u = p * field_parameters[0].x;
-                return (sin_turns(u.x) * cos_turns(u.y) + sin_turns(u.y) * cos_turns(u.z))
-                    + sin_turns(u.z) * cos_turns(u.x);
-            }
-            fn density_gradient(p: vec3<f32>) -> vec3<f32> {
-                let u = p * field_parameters[0].x;
-                let s = vec3<f32>(sin_turns(u.x), sin_turns(u.y), sin_turns(u.z));
-                let c = vec3<f32>(cos_turns(u.x), cos_turns(u.y), cos_turns(u.z));
-                return vec3<f32>(c.x * c.y - s.z * s.x, c.y * c.z - s.x * s.y, c.z * c.x - s.y * s.z);
-            }",
+        build: |p| {
+            let [x, y, z] = [x(), y(), z()].map(|c| c * (1.0 / &p[0]));
+            (x.sin_turns() * y.cos_turns() + y.sin_turns() * z.cos_turns()) + z.sin_turns() * x.cos_turns()
+        },
     },
 ];
 
@@ -255,16 +142,15 @@ fn names() -> String {
 }
 
 /// A named field with its parameters set.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct Named {
     definition: &'static Definition,
-    constants: [f32; 4],
-    values: Vec<f64>,
+    field: GraphField,
 }
 
-impl std::fmt::Debug for Named {
+impl std::fmt::Debug for Definition {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} {:?}", self.definition.name, self.values)
+        f.write_str(self.name)
     }
 }
 
@@ -276,8 +162,9 @@ impl Named {
     pub fn new(name: &str) -> Result<Self, NameError> {
         let definition = ALL.iter().find(|d| d.name == name);
         let definition = definition.ok_or_else(|| NameError::Unknown { name: name.into() })?;
-        let values: Vec<f64> = definition.parameters.iter().map(|p| p.default).collect();
-        Ok(Self { definition, constants: (definition.constants)(&values), values })
+        let parameters: Vec<Expr> =
+            definition.parameters.iter().map(|p| Expr::parameter(p.name, p.default)).collect();
+        Ok(Self { definition, field: GraphField::new(&(definition.build)(&parameters), Sense::Below) })
     }
 
     /// Sets a parameter.
@@ -292,8 +179,8 @@ impl Named {
         if !value.is_finite() || value < least {
             return Err(NameError::Value { name, value, least });
         }
-        self.values[place] = value;
-        self.constants = (self.definition.constants)(&self.values);
+        // The name is known, and the value finite.
+        let _ = self.field.set(name, value);
         Ok(self)
     }
 
@@ -305,25 +192,22 @@ impl Named {
 
 impl Field for Named {
     fn sense(&self) -> Sense {
-        Sense::Below
+        self.field.sense()
     }
 
     fn values(&self, points: Points<'_>, out: &mut [f32]) -> Result<(), NoForm> {
-        (self.definition.value)(&self.constants, points, out);
-        Ok(())
+        self.field.values(points, out)
     }
 
-    fn gradients(&self, points: Points<'_>, _delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
-        (self.definition.gradient)(&self.constants, points, out);
-        Ok(())
+    fn gradients(&self, points: Points<'_>, delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+        self.field.gradients(points, delta, out)
+    }
+
+    fn within(&self, region: [Interval; 3]) -> Within {
+        self.field.within(region)
     }
 
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
-        Ok(Wgsl {
-            source: self.definition.wgsl.into(),
-            has_gradient: true,
-            parameters: self.constants.to_vec(),
-            counts_loops: false,
-        })
+        self.field.wgsl()
     }
 }

@@ -8,6 +8,7 @@
 
 use super::{Field, NoForm, Points, Sense, Wgsl};
 use naga::{Block, Expression, Handle, Literal, Module, Span, Statement};
+use std::sync::Arc;
 
 /// Iterations that all loops of the function may make in one invocation of a kernel (which
 /// evaluates the function from three to a few dozen times).
@@ -39,7 +40,7 @@ pub struct UserError {
 #[derive(Debug, Clone)]
 pub struct UserField {
     sense: Sense,
-    rewritten: String,
+    rewritten: Arc<str>,
 }
 
 impl UserField {
@@ -87,7 +88,7 @@ impl UserField {
             );
             error(None, message)
         })?;
-        Ok(Self { sense, rewritten })
+        Ok(Self { sense, rewritten: rewritten.into() })
     }
 }
 
@@ -102,8 +103,9 @@ impl Field for UserField {
 
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
         Ok(Wgsl {
-            source: self.rewritten.clone(),
-            has_gradient: false,
+            value: self.rewritten.clone(),
+            gradient: None,
+            interval: None,
             parameters: Vec::new(),
             counts_loops: true,
         })

@@ -16,6 +16,9 @@ const VOLUME: &str = include_str!("../../shaders/source/volume.wgsl");
 const BRICKS: &str = include_str!("../../shaders/source/bricks.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
 const DIFFERENCES: &str = include_str!("../../shaders/source/differences.wgsl");
+const STRADDLES: &str = include_str!("../../shaders/shared/straddles.wgsl");
+const INTERVAL: &str = include_str!("../../shaders/graph/interval.wgsl");
+const BOUNDS: &str = include_str!("../../shaders/bounds.wgsl");
 const CULL: &str = include_str!("../../shaders/cull.wgsl");
 const SAMPLE: &str = include_str!("../../shaders/sample.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/classify.wgsl");
@@ -37,13 +40,12 @@ fn link(parts: &[&str]) -> String {
     parts.join("\n")
 }
 
-/// The field's own part: its parameters, its function, its gradient, and what reports its loops.
-fn field_part(wgsl: &Wgsl) -> String {
+/// The field's own part: its parameters, the functions asked for, and what reports its loops.
+fn field_part(wgsl: &Wgsl, functions: &str) -> String {
     let parameters = format!(
         "@group(0) @binding(16) var<uniform> field_parameters: array<vec4<f32>, {}>;",
         crate::field::PARAMETER_VECTORS
     );
-    let differences = if wgsl.has_gradient { "" } else { DIFFERENCES };
     let limit = crate::field::user::MAX_ITERATIONS;
     let loops = if wgsl.counts_loops {
         format!(
@@ -52,7 +54,7 @@ fn field_part(wgsl: &Wgsl) -> String {
     } else {
         NO_LOOPS.into()
     };
-    link(&[TURNS, &parameters, &wgsl.source, differences, &loops])
+    link(&[TURNS, &parameters, functions, &loops])
 }
 
 /// Everything of cull; `range` reads the samples.
@@ -61,12 +63,18 @@ pub fn cull(samples: Samples<'_>) -> String {
         Samples::Volume => VOLUME,
         Samples::Field(_) => BRICKS,
     };
-    link(&[PARAMS, WORK, INSIDE, GRID, source, CULL])
+    link(&[PARAMS, WORK, INSIDE, GRID, source, STRADDLES, CULL])
+}
+
+/// The table of a field's ranges, if it has intervals.
+pub fn bounds(wgsl: &Wgsl) -> Option<String> {
+    let own = field_part(wgsl, wgsl.interval.as_deref()?);
+    Some(link(&[PARAMS, WORK, INSIDE, STRADDLES, INTERVAL, &own, BOUNDS]))
 }
 
 /// The sample stage of a field.
 pub fn sample(wgsl: &Wgsl) -> String {
-    link(&[PARAMS, WORK, GRID, &field_part(wgsl), SAMPLE])
+    link(&[PARAMS, WORK, GRID, &field_part(wgsl, &wgsl.value), SAMPLE])
 }
 
 /// The classify stage.
@@ -87,7 +95,13 @@ pub fn scan() -> String {
 pub fn emit(samples: Samples<'_>) -> String {
     let source = match samples {
         Samples::Volume => link(&[VOLUME, NO_LOOPS]),
-        Samples::Field(wgsl) => link(&[BRICKS, &field_part(wgsl), GRADIENT]),
+        Samples::Field(wgsl) => {
+            let functions = match &wgsl.gradient {
+                Some(own) => own.to_string(),
+                None => link(&[&wgsl.value, DIFFERENCES]),
+            };
+            link(&[BRICKS, &field_part(wgsl, &functions), GRADIENT])
+        }
     };
     // A brick has at most 1536 vertices. Where loops are counted an invocation should make few of them.
     let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);

@@ -165,7 +165,7 @@ fn count_odd(params: &Params, values: &[f32], origin: [usize; 3]) -> [u32; 3] {
 }
 
 /// Whether a brick with this range can have samples on both sides.
-fn straddles(params: &Params, [low, high]: Range) -> bool {
+pub fn straddles(params: &Params, [low, high]: Range) -> bool {
     let (innermost, outermost) = if params.flip == 0 { (low, high) } else { (!high, !low) };
     low <= high && innermost < params.iso_key && outermost >= params.iso_key
 }

@@ -1,0 +1,287 @@
+//! Values and gradients on the CPU: the code, operation by operation, over [`LANES`] points at a time.
+//!
+//! No operation fuses a product and a sum, and the order of operations is that of the WGSL, so that both
+//! give the same bits where the GPU does not contract.
+
+use super::ops::{VisitBinary, VisitUnary};
+use super::tape::{Code, Instruction, Op, Operand};
+use crate::field::Points;
+use multiversion::multiversion;
+
+/// Points that an operation is applied to at a time.
+pub const LANES: usize = 64;
+
+/// One number a point.
+pub type Lanes = [f32; LANES];
+
+/// A value and its derivatives by x, y, z.
+pub type Dual = [Lanes; 4];
+
+/// What an operation reads: numbers of the points, or one for all.
+#[derive(Clone, Copy)]
+enum Argument<'a> {
+    Lanes(&'a Lanes),
+    One(f32),
+}
+
+struct Unary<'a> {
+    a: &'a Lanes,
+    out: &'a mut Lanes,
+}
+
+impl VisitUnary for Unary<'_> {
+    #[inline(always)]
+    fn visit(self, value: impl Fn(f32) -> f32, _: (impl Fn(f32, f32) -> f32,)) {
+        for i in 0..LANES {
+            self.out[i] = value(self.a[i]);
+        }
+    }
+}
+
+struct Binary<'a> {
+    a: Argument<'a>,
+    b: Argument<'a>,
+    out: &'a mut Lanes,
+}
+
+impl VisitBinary for Binary<'_> {
+    #[inline(always)]
+    fn visit(
+        self,
+        value: impl Fn(f32, f32) -> f32,
+        _: (impl Fn(f32, f32, f32) -> f32, impl Fn(f32, f32, f32) -> f32),
+    ) {
+        let out = self.out;
+        match (self.a, self.b) {
+            (Argument::Lanes(a), Argument::Lanes(b)) => (0..LANES).for_each(|i| out[i] = value(a[i], b[i])),
+            (Argument::Lanes(a), Argument::One(b)) => (0..LANES).for_each(|i| out[i] = value(a[i], b)),
+            (Argument::One(a), Argument::Lanes(b)) => (0..LANES).for_each(|i| out[i] = value(a, b[i])),
+            (Argument::One(a), Argument::One(b)) => out.fill(value(a, b)),
+        }
+    }
+}
+
+/// The field's values at `points`, with `registers` as scratch.
+pub fn values(
+    code: &Code,
+    uniforms: &[f32],
+    points: Points<'_>,
+    registers: &mut Vec<Lanes>,
+    out: &mut [f32],
+) {
+    if registers.len() < code.registers {
+        registers.resize(code.registers, [0.0; LANES]);
+    }
+    run_values(code, uniforms, points, registers, out);
+}
+
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2"))]
+fn run_values(code: &Code, uniforms: &[f32], points: Points<'_>, registers: &mut [Lanes], out: &mut [f32]) {
+    for (chunk, out) in out.chunks_mut(LANES).enumerate() {
+        let own = chunk * LANES..chunk * LANES + out.len();
+        for (register, axis) in registers.iter_mut().zip([points.x, points.y, points.z]) {
+            register[..out.len()].copy_from_slice(&axis[own.clone()]);
+        }
+        for (instruction, to) in &code.instructions {
+            value_of(instruction, *to as usize, uniforms, registers);
+        }
+        match code.root {
+            Operand::Uniform(i) => out.fill(uniforms[i as usize]),
+            Operand::Value(i) => out.copy_from_slice(&registers[i as usize][..out.len()]),
+            // Code reads coordinates in their registers.
+            Operand::Axis(_) => {}
+        }
+    }
+}
+
+#[inline(always)]
+fn value_of(instruction: &Instruction, to: usize, uniforms: &[f32], registers: &mut [Lanes]) {
+    let register = |operand| match operand {
+        Operand::Value(i) => i as usize,
+        _ => usize::MAX,
+    };
+    let uniform = |operand| match operand {
+        Operand::Uniform(i) => uniforms[i as usize],
+        _ => 0.0,
+    };
+    let [a, b, c] = instruction.operands;
+    match instruction.op {
+        Op::Unary(op) => {
+            if let Ok([out, a]) = registers.get_disjoint_mut([to, register(a)]) {
+                op.visit(Unary { a, out });
+            }
+        }
+        Op::Binary(op) => match (a, b) {
+            (Operand::Uniform(_), _) => {
+                if let Ok([out, b]) = registers.get_disjoint_mut([to, register(b)]) {
+                    op.visit(Binary { a: Argument::One(uniform(a)), b: Argument::Lanes(b), out });
+                }
+            }
+            (_, Operand::Uniform(_)) => {
+                if let Ok([out, a]) = registers.get_disjoint_mut([to, register(a)]) {
+                    op.visit(Binary { a: Argument::Lanes(a), b: Argument::One(uniform(b)), out });
+                }
+            }
+            _ if a == b => {
+                if let Ok([out, a]) = registers.get_disjoint_mut([to, register(a)]) {
+                    op.visit(Binary { a: Argument::Lanes(a), b: Argument::Lanes(a), out });
+                }
+            }
+            _ => {
+                if let Ok([out, a, b]) = registers.get_disjoint_mut([to, register(a), register(b)]) {
+                    op.visit(Binary { a: Argument::Lanes(a), b: Argument::Lanes(b), out });
+                }
+            }
+        },
+        Op::Select => {
+            let lanes = |registers: &[Lanes], operand| match operand {
+                Operand::Value(i) => registers[i as usize],
+                _ => [uniform(operand); LANES],
+            };
+            let [a, b, c] = [a, b, c].map(|operand| lanes(registers, operand));
+            let out = &mut registers[to];
+            (0..LANES).for_each(|i| out[i] = if a[i] == 0.0 { c[i] } else { b[i] });
+        }
+    }
+}
+
+/// The gradients at `points`, with `registers` as scratch.
+pub fn gradients(
+    code: &Code,
+    uniforms: &[f32],
+    points: Points<'_>,
+    registers: &mut Vec<Dual>,
+    out: &mut [[f32; 3]],
+) {
+    if registers.len() < code.registers {
+        registers.resize(code.registers, [[0.0; LANES]; 4]);
+    }
+    run_gradients(code, uniforms, points, registers, out);
+}
+
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2"))]
+fn run_gradients(
+    code: &Code,
+    uniforms: &[f32],
+    points: Points<'_>,
+    registers: &mut [Dual],
+    out: &mut [[f32; 3]],
+) {
+    for (chunk, out) in out.chunks_mut(LANES).enumerate() {
+        let own = chunk * LANES..chunk * LANES + out.len();
+        for (k, axis) in [points.x, points.y, points.z].into_iter().enumerate() {
+            registers[k] = [[0.0; LANES]; 4];
+            registers[k][0][..out.len()].copy_from_slice(&axis[own.clone()]);
+            registers[k][1 + k] = [1.0; LANES];
+        }
+        for (instruction, to) in &code.instructions {
+            gradient_of(instruction, *to as usize, uniforms, registers);
+        }
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = match code.root {
+                Operand::Value(r) => [1, 2, 3].map(|k| registers[r as usize][k][i]),
+                _ => [0.0; 3],
+            };
+        }
+    }
+}
+
+/// A part of a derivative; none where the slope is 0, whatever the operand's own derivative is.
+#[inline(always)]
+fn term(slope: f32, derivative: f32) -> f32 {
+    if slope == 0.0 { 0.0 } else { slope * derivative }
+}
+
+struct UnaryDual<'a> {
+    a: &'a Dual,
+    out: &'a mut Dual,
+}
+
+impl VisitUnary for UnaryDual<'_> {
+    #[inline(always)]
+    fn visit(self, value: impl Fn(f32) -> f32, (slope,): (impl Fn(f32, f32) -> f32,)) {
+        let Self { a, out } = self;
+        let mut slopes = [0.0; LANES];
+        for i in 0..LANES {
+            out[0][i] = value(a[0][i]);
+            slopes[i] = slope(a[0][i], out[0][i]);
+        }
+        for k in 1..4 {
+            (0..LANES).for_each(|i| out[k][i] = term(slopes[i], a[k][i]));
+        }
+    }
+}
+
+struct BinaryDual<'a> {
+    a: Result<&'a Dual, f32>,
+    b: Result<&'a Dual, f32>,
+    out: &'a mut Dual,
+}
+
+impl VisitBinary for BinaryDual<'_> {
+    #[inline(always)]
+    fn visit(
+        self,
+        value: impl Fn(f32, f32) -> f32,
+        (slope_a, slope_b): (impl Fn(f32, f32, f32) -> f32, impl Fn(f32, f32, f32) -> f32),
+    ) {
+        let Self { a, b, out } = self;
+        let of = |dual: Result<&Dual, f32>| dual.map_or_else(|uniform| [uniform; LANES], |dual| dual[0]);
+        let (va, vb) = (of(a), of(b));
+        for i in 0..LANES {
+            out[0][i] = value(va[i], vb[i]);
+        }
+        // A uniform has no derivative: its slope, which may be NaN, does not count.
+        for k in 1..4 {
+            for i in 0..LANES {
+                let v = out[0][i];
+                out[k][i] = match (a, b) {
+                    (Ok(a), Ok(b)) => {
+                        term(slope_a(va[i], vb[i], v), a[k][i]) + term(slope_b(va[i], vb[i], v), b[k][i])
+                    }
+                    (Ok(a), Err(_)) => term(slope_a(va[i], vb[i], v), a[k][i]),
+                    (Err(_), Ok(b)) => term(slope_b(va[i], vb[i], v), b[k][i]),
+                    (Err(_), Err(_)) => 0.0,
+                };
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn gradient_of(instruction: &Instruction, to: usize, uniforms: &[f32], registers: &mut [Dual]) {
+    // Duals are few at a time: copies keep this simple.
+    let dual = |registers: &[Dual], operand| match operand {
+        Operand::Value(i) => Ok(registers[i as usize]),
+        Operand::Uniform(i) => Err(uniforms[i as usize]),
+        Operand::Axis(_) => Err(0.0),
+    };
+    let [a, b, c] = instruction.operands;
+    match instruction.op {
+        Op::Unary(op) => {
+            if let Ok(a) = dual(registers, a) {
+                op.visit(UnaryDual { a: &a, out: &mut registers[to] });
+            }
+        }
+        Op::Binary(op) => {
+            let (a, b) = (dual(registers, a), dual(registers, b));
+            op.visit(BinaryDual {
+                a: a.as_ref().map_err(|v| *v),
+                b: b.as_ref().map_err(|v| *v),
+                out: &mut registers[to],
+            });
+        }
+        Op::Select => {
+            let full = |registers: &[Dual], operand| {
+                dual(registers, operand)
+                    .unwrap_or_else(|v| [[v; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]])
+            };
+            let [a, b, c] = [a, b, c].map(|operand| full(registers, operand));
+            for k in 0..4 {
+                for i in 0..LANES {
+                    registers[to][k][i] = if a[0][i] == 0.0 { c[k][i] } else { b[k][i] };
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! An expression as a [`Field`].
+
+use super::Expr;
+use super::eval::{self, Dual, Lanes};
+use super::interval::Interval;
+use super::lower::Program;
+use super::tape::{Code, Tape};
+use super::wgsl;
+use crate::field::{Field, NoForm, Points, Sense, Wgsl, Within};
+use std::cell::RefCell;
+use std::sync::{Arc, OnceLock};
+
+/// An expression, flattened, with values for its parameters.
+#[derive(Debug, Clone)]
+pub struct GraphField {
+    program: Arc<Program>,
+    /// The program's tape, or what is left of it in a box.
+    tape: Arc<Tape>,
+    code: Arc<Code>,
+    texts: Arc<OnceLock<[Arc<str>; 3]>>,
+    parameters: Vec<f64>,
+    uniforms: Arc<[f32]>,
+    sense: Sense,
+}
+
+/// Why a parameter could not be set.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ParameterError {
+    /// No such parameter.
+    #[error("there is no parameter `{name}`; {}", list(.known))]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// NaN or infinite.
+    #[error("the parameter `{name}` is {value}: give a finite number")]
+    NotFinite {
+        /// The parameter.
+        name: String,
+        /// What was given.
+        value: f64,
+    },
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "the field has none".into() } else { format!("there are {}", names.join(", ")) }
+}
+
+thread_local! {
+    static LANES: RefCell<Vec<Lanes>> = const { RefCell::new(Vec::new()) };
+    static DUALS: RefCell<Vec<Dual>> = const { RefCell::new(Vec::new()) };
+}
+
+impl GraphField {
+    /// Flattens `expr`; `sense` says which side of iso is inside.
+    pub fn new(expr: &Expr, sense: Sense) -> Self {
+        let program = Program::new(expr);
+        let tape = Arc::new(program.tape.clone());
+        let parameters: Vec<f64> = program.parameters.iter().map(|p| p.default).collect();
+        Self {
+            code: Arc::new(Code::new(&tape)),
+            uniforms: program.uniforms(&parameters).into(),
+            texts: Arc::default(),
+            program: Arc::new(program),
+            tape,
+            parameters,
+            sense,
+        }
+    }
+
+    /// Sets a parameter. Compiles nothing, on CPU and GPU.
+    ///
+    /// # Errors
+    /// [`ParameterError`].
+    pub fn set(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
+        if !value.is_finite() {
+            return Err(ParameterError::NotFinite { name: name.into(), value });
+        }
+        let parameters = &self.program.parameters;
+        let place = parameters.iter().position(|p| &*p.name == name).ok_or_else(|| {
+            let known = parameters.iter().map(|p| p.name.to_string()).collect();
+            ParameterError::Unknown { name: name.into(), known }
+        })?;
+        self.parameters[place] = value;
+        self.uniforms = self.program.uniforms(&self.parameters).into();
+        Ok(())
+    }
+
+    /// Names and values of the parameters.
+    pub fn parameters(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.program.parameters.iter().map(|p| &*p.name).zip(self.parameters.iter().copied())
+    }
+
+    /// How many operations each point takes.
+    pub fn operations(&self) -> usize {
+        self.tape.instructions.len()
+    }
+}
+
+impl Field for GraphField {
+    fn sense(&self) -> Sense {
+        self.sense
+    }
+
+    fn values(&self, points: Points<'_>, out: &mut [f32]) -> Result<(), NoForm> {
+        LANES.with_borrow_mut(|registers| eval::values(&self.code, &self.uniforms, points, registers, out));
+        Ok(())
+    }
+
+    fn gradients(&self, points: Points<'_>, _delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+        DUALS
+            .with_borrow_mut(|registers| eval::gradients(&self.code, &self.uniforms, points, registers, out));
+        Ok(())
+    }
+
+    fn within(&self, region: [Interval; 3]) -> Within {
+        let mut all = Vec::with_capacity(self.tape.instructions.len());
+        let range = self.tape.interval(&self.uniforms, region, &mut all);
+        let pruned = self.tape.pruned(&self.uniforms, region, &all);
+        let field = pruned.map(|tape| {
+            Arc::new(Self { code: Arc::new(Code::new(&tape)), tape: Arc::new(tape), ..self.clone() })
+                as Arc<dyn Field>
+        });
+        Within { range, field }
+    }
+
+    fn wgsl(&self) -> Result<Wgsl, NoForm> {
+        let [value, gradient, interval] = self.texts.get_or_init(|| {
+            let texts = wgsl::write(&self.program);
+            [texts.value, texts.gradient, texts.interval].map(Arc::from)
+        });
+        let places = wgsl::buffer_places(&self.program);
+        Ok(Wgsl {
+            value: value.clone(),
+            gradient: Some(gradient.clone()),
+            interval: Some(interval.clone()),
+            parameters: places.iter().map(|&i| self.uniforms[i as usize]).collect(),
+            counts_loops: false,
+        })
+    }
+}

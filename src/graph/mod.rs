@@ -1,0 +1,18 @@
+//! The field graph: fields as expressions, defined once and evaluated everywhere.
+//!
+//! An [`Expr`] is built with operators and methods, from a formula or a file. [`GraphField`] makes it flat
+//! ([`lower`]: equal parts found by hashing, constants folded), and has from the one [`tape`] values,
+//! exact gradients and bounds, on the CPU ([`eval`], [`interval`]) and as WGSL ([`wgsl`]). Every operation
+//! is defined in one place, [`ops`]. Parameters lie in a buffer: changing one compiles nothing.
+
+pub mod eval;
+mod expr;
+mod field;
+pub mod interval;
+pub mod lower;
+pub mod ops;
+pub mod tape;
+pub mod wgsl;
+
+pub use expr::{Expr, x, y, z};
+pub use field::{GraphField, ParameterError};

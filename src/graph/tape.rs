@@ -1,0 +1,237 @@
+//! The flat form of an expression: one list of operations, each on earlier ones (SSA).
+//!
+//! [`Tape`] is what intervals are computed on, pruned by, and WGSL is written from. Its operands are the
+//! point's coordinates, **uniforms** (numbers that are the same at all points: constants, parameters and
+//! what is computed of them alone, see [`super::lower`]) and earlier operations. [`Code`] is a tape whose
+//! values were given registers, for the CPU's evaluators.
+
+use super::interval::Interval;
+use super::ops::{Binary, Unary};
+
+/// An operation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Op {
+    /// Of one operand.
+    Unary(Unary),
+    /// Of two.
+    Binary(Binary),
+    /// The second where the first is not 0, else the third.
+    Select,
+}
+
+impl Op {
+    /// How many operands it has.
+    pub fn arity(self) -> usize {
+        match self {
+            Op::Unary(_) => 1,
+            Op::Binary(_) => 2,
+            Op::Select => 3,
+        }
+    }
+}
+
+/// Where an operation finds a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Operand {
+    /// A coordinate of the point.
+    Axis(u8),
+    /// A uniform.
+    Uniform(u32),
+    /// The value of an operation of a tape; a register of code.
+    Value(u32),
+}
+
+/// An operation with its operands; of those beyond its arity nothing is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instruction {
+    /// What is done.
+    pub op: Op,
+    /// With what.
+    pub operands: [Operand; 3],
+}
+
+impl Instruction {
+    /// The operands that count.
+    pub fn operands(&self) -> &[Operand] {
+        &self.operands[..self.op.arity()]
+    }
+}
+
+/// A list of operations, each on earlier ones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tape {
+    /// The operations.
+    pub instructions: Vec<Instruction>,
+    /// What the whole is.
+    pub root: Operand,
+}
+
+impl Tape {
+    /// The interval of the whole, and those of all operations (in `all`), over a box of points.
+    pub fn interval(&self, uniforms: &[f32], region: [Interval; 3], all: &mut Vec<Interval>) -> Interval {
+        all.clear();
+        let get = |all: &[Interval], operand| match operand {
+            Operand::Axis(axis) => region[usize::from(axis)],
+            Operand::Uniform(i) => Interval::point(uniforms[i as usize]),
+            Operand::Value(i) => all[i as usize],
+        };
+        for instruction in &self.instructions {
+            let [a, b, c] = instruction.operands;
+            let interval = match instruction.op {
+                Op::Unary(op) => op.interval(get(all, a)),
+                Op::Binary(op) => op.interval(get(all, a), get(all, b)),
+                Op::Select => super::interval::select(get(all, a), get(all, b), get(all, c)),
+            };
+            all.push(interval);
+        }
+        get(all, self.root)
+    }
+
+    /// A shorter tape that has the same values throughout a box of points, whose intervals are `all`: of each
+    /// minimum, maximum and choice that is decided there, only what it takes is kept. `None` if there is none.
+    #[must_use]
+    pub fn pruned(&self, uniforms: &[f32], region: [Interval; 3], all: &[Interval]) -> Option<Tape> {
+        let get = |operand| match operand {
+            Operand::Axis(axis) => region[usize::from(axis)],
+            Operand::Uniform(i) => Interval::point(uniforms[i as usize]),
+            Operand::Value(i) => all[i as usize],
+        };
+        // What a decided operation stands for. NaN is excluded where both intervals are bounded.
+        let decided = |instruction: &Instruction| {
+            let [a, b, c] = instruction.operands;
+            let below = |a: Operand, b: Operand| {
+                let (a, b) = (get(a), get(b));
+                a.is_bounded() && b.is_bounded() && a.hi < b.lo
+            };
+            match instruction.op {
+                Op::Binary(Binary::Min) if below(a, b) => Some(a),
+                Op::Binary(Binary::Min) if below(b, a) => Some(b),
+                Op::Binary(Binary::Max) if below(a, b) => Some(b),
+                Op::Binary(Binary::Max) if below(b, a) => Some(a),
+                Op::Select => {
+                    let condition = get(a);
+                    if !condition.is_bounded() {
+                        None
+                    } else if condition.lo > 0.0 || condition.hi < 0.0 {
+                        Some(b)
+                    } else if condition.lo == 0.0 && condition.hi == 0.0 {
+                        Some(c)
+                    } else {
+                        None
+                    }
+                }
+                _ => None,
+            }
+        };
+        let mut stands_for = Vec::with_capacity(self.instructions.len());
+        let mut any = false;
+        for (i, instruction) in self.instructions.iter().enumerate() {
+            // What it stands for comes earlier, and has been resolved.
+            let resolved = match decided(instruction) {
+                Some(Operand::Value(j)) => Some(stands_for[j as usize]),
+                other => other,
+            };
+            any |= resolved.is_some();
+            stands_for.push(resolved.unwrap_or(Operand::Value(i as u32)));
+        }
+        any.then(|| {
+            let resolve = |operand| match operand {
+                Operand::Value(i) => stands_for[i as usize],
+                other => other,
+            };
+            let instructions =
+                self.instructions.iter().map(|i| Instruction { op: i.op, operands: i.operands.map(resolve) });
+            Tape { instructions: instructions.collect(), root: resolve(self.root) }.without_dead()
+        })
+    }
+
+    /// The tape without operations that nothing uses.
+    #[must_use]
+    pub(super) fn without_dead(self) -> Tape {
+        let mut live = vec![false; self.instructions.len()];
+        let mark = |live: &mut [bool], operand| {
+            if let Operand::Value(i) = operand {
+                live[i as usize] = true;
+            }
+        };
+        mark(&mut live, self.root);
+        for (i, instruction) in self.instructions.iter().enumerate().rev() {
+            if live[i] {
+                instruction.operands().iter().for_each(|&operand| mark(&mut live, operand));
+            }
+        }
+        let mut places = vec![0; live.len()];
+        let mut instructions = Vec::new();
+        // Operands beyond the arity may name dead ones; they are made harmless.
+        let place = |places: &[u32], operand| match operand {
+            Operand::Value(i) => Operand::Value(places[i as usize]),
+            other => other,
+        };
+        for (i, instruction) in self.instructions.iter().enumerate() {
+            if live[i] {
+                places[i] = instructions.len() as u32;
+                let mut operands = [Operand::Uniform(0); 3];
+                for (to, &from) in operands.iter_mut().zip(instruction.operands()) {
+                    *to = place(&places, from);
+                }
+                instructions.push(Instruction { op: instruction.op, operands });
+            }
+        }
+        Tape { root: place(&places, self.root), instructions }
+    }
+}
+
+/// A tape with registers: [`Operand::Value`] is a register, and the first three hold the coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Code {
+    /// The operations, and the register that each fills; never one that it reads.
+    pub instructions: Vec<(Instruction, u32)>,
+    /// Where the whole's value is in the end.
+    pub root: Operand,
+    /// Registers in use.
+    pub registers: usize,
+}
+
+impl Code {
+    /// Gives the tape's values registers; one is free again after its value's last use.
+    pub fn new(tape: &Tape) -> Self {
+        let mut last_use = vec![usize::MAX; tape.instructions.len()];
+        for (at, instruction) in tape.instructions.iter().enumerate() {
+            for operand in instruction.operands() {
+                if let Operand::Value(i) = operand {
+                    last_use[*i as usize] = at;
+                }
+            }
+        }
+        if let Operand::Value(i) = tape.root {
+            last_use[i as usize] = usize::MAX;
+        }
+        let mut register_of = vec![0; tape.instructions.len()];
+        let (mut free, mut registers) = (Vec::new(), 3);
+        let register = |register_of: &[u32], operand| match operand {
+            Operand::Axis(axis) => Operand::Value(axis.into()),
+            Operand::Value(i) => Operand::Value(register_of[i as usize]),
+            uniform => uniform,
+        };
+        let mut instructions = Vec::with_capacity(tape.instructions.len());
+        for (at, instruction) in tape.instructions.iter().enumerate() {
+            let out = free.pop().unwrap_or_else(|| {
+                registers += 1;
+                registers - 1
+            });
+            register_of[at] = out;
+            let mut operands = instruction.operands;
+            operands[..instruction.op.arity()].iter_mut().for_each(|o| *o = register(&register_of, *o));
+            instructions.push((Instruction { op: instruction.op, operands }, out));
+            for (n, operand) in instruction.operands().iter().enumerate() {
+                if let Operand::Value(i) = *operand
+                    && last_use[i as usize] == at
+                    && !instruction.operands()[..n].contains(operand)
+                {
+                    free.push(register_of[i as usize]);
+                }
+            }
+        }
+        Self { root: register(&register_of, tape.root), instructions, registers: registers as usize }
+    }
+}

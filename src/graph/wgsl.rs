@@ -1,0 +1,157 @@
+//! A tape as WGSL: values, value with gradient by forward differentiation, intervals.
+//!
+//! One `let` an operation: nothing nests, however deep the expression was.
+
+use super::lower::Program;
+use super::tape::{Instruction, Op, Operand};
+use std::fmt::Write;
+
+/// Which of the uniforms are read from the parameter buffer, in its order; the others are literals.
+pub fn buffer_places(program: &Program) -> Vec<u32> {
+    (0..program.uniform_count()).filter(|&i| program.constant(i).is_none()).collect()
+}
+
+struct Writer<'a> {
+    program: &'a Program,
+    places: Vec<u32>,
+}
+
+impl Writer<'_> {
+    fn uniform(&self, i: u32) -> String {
+        match self.program.constant(i) {
+            Some(value) if value.is_sign_negative() => format!("({value:?}f)"),
+            Some(value) => format!("{value:?}f"),
+            None => {
+                let place = self.places.partition_point(|&p| p < i);
+                format!("field_parameters[{}].{}", place / 4, ["x", "y", "z", "w"][place % 4])
+            }
+        }
+    }
+
+    fn value(&self, operand: Operand) -> String {
+        match operand {
+            Operand::Axis(axis) => format!("p.{}", ["x", "y", "z"][usize::from(axis)]),
+            Operand::Uniform(i) => self.uniform(i),
+            Operand::Value(i) => format!("v{i}"),
+        }
+    }
+
+    fn gradient(&self, operand: Operand) -> String {
+        match operand {
+            Operand::Axis(axis) => format!("AXIS_{}", ["X", "Y", "Z"][usize::from(axis)]),
+            Operand::Uniform(_) => "vec3<f32>(0.0)".into(),
+            Operand::Value(i) => format!("d{i}"),
+        }
+    }
+
+    fn interval(&self, operand: Operand) -> String {
+        match operand {
+            Operand::Axis(axis) => ["x", "y", "z"][usize::from(axis)].into(),
+            Operand::Uniform(i) => format!("iv_point({})", self.uniform(i)),
+            Operand::Value(i) => format!("i{i}"),
+        }
+    }
+
+    fn value_text(&self, i: &Instruction) -> String {
+        let [a, b, c] = i.operands.map(|o| self.value(o));
+        match i.op {
+            Op::Unary(op) => fill(op.wgsl().value, &a, "", ""),
+            Op::Binary(op) => fill(op.wgsl().value, &a, &b, ""),
+            Op::Select => format!("select({b}, {c}, {a} == 0.0)"),
+        }
+    }
+
+    fn gradient_text(&self, n: usize, i: &Instruction) -> String {
+        let [a, b, c] = i.operands.map(|o| self.value(o));
+        let slopes = match i.op {
+            Op::Unary(op) => op.wgsl().slopes,
+            Op::Binary(op) => op.wgsl().slopes,
+            Op::Select => {
+                let [_, db, dc] = i.operands.map(|o| self.gradient(o));
+                return format!("select({db}, {dc}, {a} == 0.0)");
+            }
+        };
+        let mut terms = Vec::new();
+        for (slope, &operand) in slopes.iter().zip(i.operands()) {
+            // A uniform has no derivative: its slope, which may be NaN, does not count.
+            if matches!(operand, Operand::Uniform(_)) {
+                continue;
+            }
+            let derivative = self.gradient(operand);
+            match *slope {
+                "0.0" => {}
+                "1.0" => terms.push(derivative),
+                "-1.0" => terms.push(format!("(-{derivative})")),
+                slope => {
+                    let slope = fill(slope, &a, &b, &format!("v{n}"));
+                    terms.push(format!("iso_term({slope}, {derivative})"));
+                }
+            }
+        }
+        let _ = c;
+        if terms.is_empty() { "vec3<f32>(0.0)".into() } else { terms.join(" + ") }
+    }
+
+    fn interval_text(&self, i: &Instruction) -> String {
+        let [a, b, c] = i.operands.map(|o| self.interval(o));
+        match i.op {
+            Op::Unary(op) => fill(op.wgsl().interval, &a, "", ""),
+            Op::Binary(op) => fill(op.wgsl().interval, &a, &b, ""),
+            Op::Select => format!("iv_select({a}, {b}, {c})"),
+        }
+    }
+}
+
+/// An operation's text with its operands in place of `A`, `B` and `V`.
+fn fill(text: &str, a: &str, b: &str, v: &str) -> String {
+    text.chars().fold(String::new(), |mut out, letter| {
+        match letter {
+            'A' => out.push_str(a),
+            'B' => out.push_str(b),
+            'V' => out.push_str(v),
+            other => out.push(other),
+        }
+        out
+    })
+}
+
+/// Source text of `density`, `density_gradient` and `density_interval`.
+pub struct Texts {
+    /// `fn density(p: vec3<f32>) -> f32`.
+    pub value: String,
+    /// `fn density_gradient(p: vec3<f32>) -> vec3<f32>`.
+    pub gradient: String,
+    /// `fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32>`.
+    pub interval: String,
+}
+
+/// Writes the program.
+pub fn write(program: &Program) -> Texts {
+    let writer = Writer { program, places: buffer_places(program) };
+    let tape = &program.tape;
+    let [mut value, mut gradient, mut interval] = [const { String::new() }; 3];
+    // Writing to a string does not fail.
+    for (n, i) in tape.instructions.iter().enumerate() {
+        let v = writer.value_text(i);
+        let _ = writeln!(value, "    let v{n} = {v};");
+        let _ = writeln!(gradient, "    let v{n} = {v};\n    let d{n} = {};", writer.gradient_text(n, i));
+        let _ = writeln!(interval, "    let i{n} = {};", writer.interval_text(i));
+    }
+    let root = tape.root;
+    Texts {
+        value: format!("fn density(p: vec3<f32>) -> f32 {{\n{value}    return {};\n}}\n", writer.value(root)),
+        gradient: format!(
+            "const AXIS_X = vec3<f32>(1.0, 0.0, 0.0);\nconst AXIS_Y = vec3<f32>(0.0, 1.0, 0.0);\n\
+             const AXIS_Z = vec3<f32>(0.0, 0.0, 1.0);\n\
+             fn iso_term(slope: f32, derivative: vec3<f32>) -> vec3<f32> {{\n    \
+             return select(slope * derivative, vec3<f32>(0.0), slope == 0.0);\n}}\n\
+             fn density_gradient(p: vec3<f32>) -> vec3<f32> {{\n{gradient}    return {};\n}}\n",
+            writer.gradient(root)
+        ),
+        interval: format!(
+            "fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32> {{\n{interval}    \
+             return {};\n}}\n",
+            writer.interval(root)
+        ),
+    }
+}

@@ -1,0 +1,133 @@
+//! Culling of fields by intervals; CPU twin of `shaders/bounds.wgsl`.
+//!
+//! Boxes of bricks are looked at from large to small (Duff 1992): one whose interval lies on one side of iso
+//! has no surface, and of one that may have, the field is pruned to what matters there, for the
+//! boxes within. Conservative: it never changes the mesh.
+
+use super::cpu::{Range, straddles};
+use crate::field::{Field, Within};
+use crate::graph::interval::{self as iv, Interval};
+use crate::stage::inside::order_key;
+use crate::stage::params::Params;
+use glam::UVec3;
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Bricks along the edge of a block.
+const BLOCK: u32 = 4;
+/// Bricks along the edge of the boxes that are shared out among the threads.
+const LARGEST: u32 = 32;
+
+/// The bricks that may hold surface, in order, and the pruned fields of their blocks.
+#[derive(Debug, Default)]
+pub struct Culled {
+    /// Numbers of the bricks.
+    pub active: Vec<u32>,
+    /// By the block's number.
+    pub fields: HashMap<u32, Arc<dyn Field>>,
+}
+
+impl Culled {
+    /// A field that is the same as the whole one in that brick.
+    pub fn field_in<'a>(&'a self, params: &Params, brick: u32, whole: &'a dyn Field) -> &'a dyn Field {
+        if self.fields.is_empty() {
+            return whole;
+        }
+        let block = block_of(params, params.brick_origin(brick) / 8);
+        self.fields.get(&block).map_or(whole, |field| &**field)
+    }
+}
+
+fn block_of(params: &Params, brick: UVec3) -> u32 {
+    let [nx, ny, _] = params.slab_extent.map(|n| n.div_ceil(BLOCK));
+    let b = brick / BLOCK;
+    b.x + nx * (b.y + ny * b.z)
+}
+
+/// What is known of `field` in the bricks from `first` to before `end`.
+fn within(params: &Params, field: &dyn Field, first: UVec3, end: UVec3) -> Within {
+    let high = (end * 8).min(UVec3::from(params.points) - 1);
+    let [x, y, z] = [0, 1, 2].map(|i| Interval::new((first[i] * 8) as f32, high[i] as f32));
+    let world = |k: usize| {
+        let along = |step: [f32; 3], by| iv::mul(Interval::point(step[k]), by);
+        let (along_x, along_y, along_z) =
+            (along(params.step_x, x), along(params.step_y, y), along(params.step_z, z));
+        iv::add(Interval::point(params.origin[k]), iv::add(iv::add(along_x, along_y), along_z))
+    };
+    field.within([world(0), world(1), world(2)])
+}
+
+fn keys(range: Interval) -> Range {
+    if range.is_bounded() { [range.lo, range.hi].map(|v| order_key(v.to_bits())) } else { [0, u32::MAX] }
+}
+
+/// The bricks of the whole grid that may hold surface.
+pub fn cull_field(params: &Params, field: &dyn Field) -> Culled {
+    let extent = UVec3::from(params.slab_extent);
+    let boxes = extent.map(|n| n.div_ceil(LARGEST));
+    let parts = (0..boxes.element_product()).into_par_iter().map(|i| {
+        let first = UVec3::new(i % boxes.x, i / boxes.x % boxes.y, i / (boxes.x * boxes.y)) * LARGEST;
+        let mut found = Culled::default();
+        descend(params, field, None, first, LARGEST, &mut found);
+        found
+    });
+    let mut all = parts.reduce(Culled::default, |mut a, b| {
+        a.active.extend(b.active);
+        a.fields.extend(b.fields);
+        a
+    });
+    all.active.par_sort_unstable();
+    all
+}
+
+fn descend(
+    params: &Params,
+    field: &dyn Field,
+    pruned: Option<&Arc<dyn Field>>,
+    first: UVec3,
+    side: u32,
+    found: &mut Culled,
+) {
+    let extent = UVec3::from(params.slab_extent);
+    if first.cmpge(extent).any() {
+        return;
+    }
+    let Within { range, field: simpler } = within(params, field, first, (first + side).min(extent));
+    if !straddles(params, keys(range)) {
+        return;
+    }
+    if side == 1 {
+        found.active.push(first.x + extent.x * (first.y + extent.y * first.z));
+        return;
+    }
+    let pruned = simpler.as_ref().or(pruned);
+    let field = pruned.map_or(field, |field| &**field);
+    if side == BLOCK
+        && let Some(pruned) = pruned
+    {
+        found.fields.insert(block_of(params, first), pruned.clone());
+    }
+    // Blocks are divided into bricks at once, larger boxes into eight.
+    let (parts, next) = if side == BLOCK { (BLOCK, 1) } else { (2, side / 2) };
+    for i in 0..parts * parts * parts {
+        let place = UVec3::new(i % parts, i / parts % parts, i / (parts * parts));
+        descend(params, field, pruned, first + place * next, next, found);
+    }
+}
+
+/// The table of ranges as the shader makes it.
+pub fn bounds(params: &Params, field: &dyn Field) -> Vec<Range> {
+    let extent = UVec3::from(params.slab_extent);
+    let place = |i: u32, n: UVec3| UVec3::new(i % n.x, i / n.x % n.y, i / (n.x * n.y));
+    (0..params.slab_bricks)
+        .into_par_iter()
+        .map(|brick| {
+            let brick = place(brick, extent);
+            let block = brick / BLOCK * BLOCK;
+            let of = |first: UVec3, end| keys(within(params, field, first, end).range);
+            let whole = of(block, (block + BLOCK).min(extent));
+            if straddles(params, whole) { of(brick, brick + 1) } else { whole }
+        })
+        .collect()
+}
