@@ -155,7 +155,14 @@ impl Field for Holes {
             return (p.x * p.x + p.y * p.y) + p.z * p.z;
         }";
         let parameters = vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
-        Ok(Wgsl { value: source.into(), gradient: None, interval: None, parameters, counts_loops: false })
+        Ok(Wgsl {
+            value: source.into(),
+            gradient: None,
+            interval: None,
+            data: std::sync::Arc::default(),
+            parameters,
+            counts_loops: false,
+        })
     }
 }
 

@@ -158,6 +158,7 @@ fn number_of(name: &str) -> Option<(usize, bool)> {
         "indices" => (b::INDICES, false),
         "header" => (b::HEADER, false),
         "field_parameters" => (b::FIELD, true),
+        "field_data" => (b::FIELD_DATA, false),
         _ => return None,
     };
     Some((number, uniform))

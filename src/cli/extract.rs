@@ -190,6 +190,7 @@ fn is_limit_of_gpu(error: &ExtractError) -> bool {
     matches!(
         error,
         ExtractError::Binding { .. }
+            | ExtractError::FieldData { .. }
             | ExtractError::MeshBuffer { .. }
             | ExtractError::Gpu(GpuError::OutOfMemory { .. })
     )

@@ -107,18 +107,29 @@ impl Extractor {
         check(source, &Options { memory_budget, ..Options::new(0.0) })?;
         let gpu = &self.gpu;
         let device_limits = gpu.device.limits();
+        let binding = device_limits.max_storage_buffer_binding_size.min(device_limits.max_buffer_size);
+        let (kernels, data) = match source {
+            Source::Volume(_) => (self.volume.clone(), Arc::default()),
+            Source::Field(field, _) => {
+                let wgsl = field.wgsl()?;
+                (self.field_kernels(&wgsl)?, wgsl.data)
+            }
+        };
+        let data_bytes = size_of_val(&*data) as u64;
+        if data_bytes > binding {
+            let adapter = gpu.info.name.clone();
+            return Err(ExtractError::FieldData { needed: data_bytes, limit: binding, adapter });
+        }
         let limits = Limits {
-            binding: device_limits.max_storage_buffer_binding_size.min(device_limits.max_buffer_size),
+            binding,
             budget: memory_budget,
+            // In main memory, on the way, and on the GPU.
+            fixed: 3 * data_bytes,
             adapter: &gpu.info.name,
         };
         let is_volume = matches!(source, Source::Volume(_));
         let plan = Plan::new(source.grid(), is_volume, limits, most)?;
-        let kernels = match source {
-            Source::Volume(_) => self.volume.clone(),
-            Source::Field(field, _) => self.field_kernels(&field.wgsl()?)?,
-        };
-        let workspace = Workspace::new(gpu, source, plan, kernels)?;
+        let workspace = Workspace::new(gpu, source, plan, kernels, data)?;
         self.set_source(&workspace, source)?;
         if workspace.plan.slab_count() == 1 {
             self.upload(&workspace, source, workspace.plan.slab(0))?;
@@ -142,7 +153,8 @@ impl Extractor {
         }
         let Source::Field(field, _) = source else { return Ok(()) };
         let wgsl = field.wgsl()?;
-        if !Arc::ptr_eq(&self.field_kernels(&wgsl)?, &space.kernels) {
+        let same_data = Arc::ptr_eq(&wgsl.data, &space.field_data) || wgsl.data == space.field_data;
+        if !same_data || !Arc::ptr_eq(&self.field_kernels(&wgsl)?, &space.kernels) {
             return Err(ExtractError::OtherSource);
         }
         let given = wgsl.parameters.len();

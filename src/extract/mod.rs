@@ -165,6 +165,19 @@ pub enum ExtractError {
         /// Its name.
         adapter: String,
     },
+    /// What a field reads (blobs, samples of a volume in a graph) is more than the adapter binds.
+    #[error(
+        "the field's lists and volumes take {needed} bytes, and the adapter {adapter} binds at most {limit}: use the \
+         CPU backend"
+    )]
+    FieldData {
+        /// Their bytes.
+        needed: u64,
+        /// Bytes that the adapter binds.
+        limit: u64,
+        /// Its name.
+        adapter: String,
+    },
     /// The mesh, or the room that the caller gave it, is more than one buffer of the adapter.
     #[error(
         "{what} take {needed} bytes, and a buffer of the adapter {adapter} at most {limit}: use the CPU backend, \

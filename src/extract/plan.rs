@@ -85,6 +85,8 @@ pub struct Limits<'a> {
     pub binding: u64,
     /// Bytes for all buffers.
     pub budget: u64,
+    /// Bytes that are needed however the grid is cut.
+    pub fixed: u64,
     /// The adapter's name, for messages.
     pub adapter: &'a str,
 }
@@ -96,7 +98,7 @@ impl Plan {
     /// [`ExtractError::Budget`], [`ExtractError::Binding`] if even the least slab is too much.
     pub fn new(grid: &Grid, is_volume: bool, limits: Limits<'_>, most: UVec3) -> Result<Self, ExtractError> {
         let mut own = most.min(grid.bricks());
-        let fixed = if is_volume { 4 * grid.point_count() } else { 0 };
+        let fixed = limits.fixed + if is_volume { 4 * grid.point_count() } else { 0 };
         loop {
             let plan = Self::with_own(grid, is_volume, limits, own);
             let largest = plan.largest_binding();
@@ -148,7 +150,7 @@ impl Plan {
             let on_their_way = bytes.min(2 * UPLOAD_BYTES.max(row));
             (bytes, bricks, 4 * grid.point_count() + on_their_way)
         } else {
-            let room = limits.budget.saturating_sub(2 * scratch) / 2;
+            let room = limits.budget.saturating_sub(2 * scratch + limits.fixed) / 2;
             let bytes = room.min(limits.binding).clamp(64 * BRICK_BYTES, BATCH_BYTES);
             let slots = (bytes / BRICK_BYTES).min(bricks);
             (slots * BRICK_BYTES, slots, 0)
@@ -163,7 +165,7 @@ impl Plan {
             source_bytes,
             batch_slots: u32::try_from(batch_slots).unwrap_or(u32::MAX),
             batches: u32::try_from(bricks.div_ceil(batch_slots.max(1))).unwrap_or(u32::MAX),
-            bytes: scratch + source_bytes + host_bytes,
+            bytes: scratch + source_bytes + host_bytes + limits.fixed,
         }
     }
 
@@ -256,7 +258,7 @@ mod tests {
     #[test]
     fn slabs_cover_every_brick_once_and_in_order() {
         let grid = Grid::from_bounds([1600, 17, 20], Vec3::ZERO, Vec3::ONE).unwrap();
-        let limits = Limits { binding: u64::MAX, budget: u64::MAX, adapter: "" };
+        let limits = Limits { binding: u64::MAX, budget: u64::MAX, fixed: 0, adapter: "" };
         let mut own = grid.bricks();
         let mut cuts = 0;
         loop {
@@ -295,7 +297,7 @@ mod tests {
 
     #[test]
     fn a_grid_of_any_shape_is_cut_to_fit() {
-        let limits = Limits { binding: 128 << 20, budget: 1 << 34, adapter: "" };
+        let limits = Limits { binding: 128 << 20, budget: 1 << 34, fixed: 0, adapter: "" };
         for cells in [[6000, 6000, 8], [8, 60_000, 6000], [1 << 20, 40, 9], [3000; 3]] {
             let grid = Grid::from_bounds(cells, Vec3::ZERO, Vec3::ONE).unwrap();
             let plan = Plan::new(&grid, false, limits, UVec3::MAX).unwrap();
@@ -307,11 +309,11 @@ mod tests {
     #[test]
     fn too_little_is_an_error_with_the_need() {
         let grid = Grid::from_bounds([64; 3], Vec3::ZERO, Vec3::ONE).unwrap();
-        let limits = Limits { binding: u64::MAX, budget: 1000, adapter: "" };
+        let limits = Limits { binding: u64::MAX, budget: 1000, fixed: 0, adapter: "" };
         assert!(
             matches!(Plan::new(&grid, true, limits, UVec3::MAX), Err(ExtractError::Budget { needed, .. }) if needed > 1000)
         );
-        let limits = Limits { binding: 1000, budget: u64::MAX, adapter: "" };
+        let limits = Limits { binding: 1000, budget: u64::MAX, fixed: 0, adapter: "" };
         assert!(matches!(Plan::new(&grid, true, limits, UVec3::MAX), Err(ExtractError::Binding { .. })));
     }
 }

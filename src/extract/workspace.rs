@@ -50,6 +50,9 @@ pub struct Workspace {
     pub(super) plan: Plan,
     pub(super) kernels: Arc<SourceKernels>,
     pub(super) field_parameters: wgpu::Buffer,
+    /// Lists and samples that the field reads.
+    pub(super) field_data: Arc<[u32]>,
+    pub(super) field_data_buffer: wgpu::Buffer,
     pub(super) source: wgpu::Buffer,
     /// Ranges of the slab's bricks; small where the source is a field.
     pub(super) ranges: wgpu::Buffer,
@@ -89,6 +92,7 @@ impl Workspace {
         source: &Source<'_>,
         plan: Plan,
         kernels: Arc<SourceKernels>,
+        field_data: Arc<[u32]>,
     ) -> Result<Self, GpuError> {
         let n = u64::from(plan.bricks);
         let storage = U::STORAGE | U::COPY_SRC | U::COPY_DST;
@@ -104,6 +108,8 @@ impl Workspace {
                 16 * PARAMETER_VECTORS as u64,
                 U::UNIFORM | U::COPY_DST,
             )?,
+            field_data_buffer: buffer("field data", size_of_val(&*field_data) as u64)?,
+            field_data,
             source: buffer("samples", plan.source_bytes)?,
             ranges: buffer("brick ranges", 8 * n)?,
             odd: buffer("non-finite samples", 16)?,
@@ -120,6 +126,7 @@ impl Workspace {
             plan,
         };
         gpu.write(&workspace.work_start, bytemuck::bytes_of(&work_start))?;
+        gpu.write(&workspace.field_data_buffer, bytemuck::cast_slice(&workspace.field_data))?;
         Ok(workspace)
     }
 
@@ -174,7 +181,8 @@ impl Workspace {
             .set(b::TABLE, &extractor.table)
             .set(b::PARTIALS, &self.partials)
             .set(b::HEADER, &self.header)
-            .set(b::FIELD, &self.field_parameters);
+            .set(b::FIELD, &self.field_parameters)
+            .set(b::FIELD_DATA, &self.field_data_buffer);
         bindings
     }
 }

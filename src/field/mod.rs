@@ -54,6 +54,8 @@ pub struct Wgsl {
     /// Defines `fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32>`: bounds of the
     /// values over a box, lowest first ([`crate::graph::interval`]). Where there is none, no brick is culled.
     pub interval: Option<Arc<str>>,
+    /// What `field_data` (`array<u32>`) holds: lists and samples that the source reads.
+    pub data: Arc<[u32]>,
     /// What `field_parameters` holds. Changing these compiles nothing.
     pub parameters: Vec<f32>,
     /// Whether the source counts the iterations of its loops and stops those that run away

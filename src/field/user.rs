@@ -106,6 +106,7 @@ impl Field for UserField {
             value: self.rewritten.clone(),
             gradient: None,
             interval: None,
+            data: Arc::default(),
             parameters: Vec::new(),
             counts_loops: true,
         })

@@ -42,8 +42,10 @@ pub mod binding {
     pub const HEADER: usize = 15;
     /// Parameters of a field, uniform.
     pub const FIELD: usize = 16;
+    /// Lists and samples that a field reads.
+    pub const FIELD_DATA: usize = 17;
     /// How many there are.
-    pub const COUNT: usize = 17;
+    pub const COUNT: usize = 18;
 }
 
 /// Buffers by binding number.

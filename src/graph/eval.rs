@@ -3,10 +3,12 @@
 //! No operation fuses a product and a sum, and the order of operations is that of the WGSL, so that both
 //! give the same bits where the GPU does not contract.
 
+use super::leaf::{DualSlices, Leaf};
 use super::ops::{VisitBinary, VisitUnary};
 use super::tape::{Code, Instruction, Op, Operand};
 use crate::field::Points;
 use multiversion::multiversion;
+use std::sync::Arc;
 
 /// Points that an operation is applied to at a time.
 pub const LANES: usize = 64;
@@ -83,7 +85,7 @@ fn run_values(code: &Code, uniforms: &[f32], points: Points<'_>, registers: &mut
             register[..out.len()].copy_from_slice(&axis[own.clone()]);
         }
         for (instruction, to) in &code.instructions {
-            value_of(instruction, *to as usize, uniforms, registers);
+            value_of(instruction, *to as usize, uniforms, &code.leaves, registers);
         }
         match code.root {
             Operand::Uniform(i) => out.fill(uniforms[i as usize]),
@@ -95,7 +97,13 @@ fn run_values(code: &Code, uniforms: &[f32], points: Points<'_>, registers: &mut
 }
 
 #[inline(always)]
-fn value_of(instruction: &Instruction, to: usize, uniforms: &[f32], registers: &mut [Lanes]) {
+fn value_of(
+    instruction: &Instruction,
+    to: usize,
+    uniforms: &[f32],
+    leaves: &[Arc<dyn Leaf>],
+    registers: &mut [Lanes],
+) {
     let register = |operand| match operand {
         Operand::Value(i) => i as usize,
         _ => usize::MAX,
@@ -142,6 +150,14 @@ fn value_of(instruction: &Instruction, to: usize, uniforms: &[f32], registers: &
             let out = &mut registers[to];
             (0..LANES).for_each(|i| out[i] = if a[i] == 0.0 { c[i] } else { b[i] });
         }
+        Op::Leaf(leaf) => {
+            let lanes = |registers: &[Lanes], operand| match operand {
+                Operand::Value(i) => registers[i as usize],
+                _ => [uniform(operand); LANES],
+            };
+            let [x, y, z] = [a, b, c].map(|operand| lanes(registers, operand));
+            leaves[leaf as usize].values(Points { x: &x, y: &y, z: &z }, &mut registers[to]);
+        }
     }
 }
 
@@ -175,7 +191,7 @@ fn run_gradients(
             registers[k][1 + k] = [1.0; LANES];
         }
         for (instruction, to) in &code.instructions {
-            gradient_of(instruction, *to as usize, uniforms, registers);
+            gradient_of(instruction, *to as usize, uniforms, &code.leaves, registers);
         }
         for (i, out) in out.iter_mut().enumerate() {
             *out = match code.root {
@@ -249,7 +265,13 @@ impl VisitBinary for BinaryDual<'_> {
 }
 
 #[inline(always)]
-fn gradient_of(instruction: &Instruction, to: usize, uniforms: &[f32], registers: &mut [Dual]) {
+fn gradient_of(
+    instruction: &Instruction,
+    to: usize,
+    uniforms: &[f32],
+    leaves: &[Arc<dyn Leaf>],
+    registers: &mut [Dual],
+) {
     // Duals are few at a time: copies keep this simple.
     let dual = |registers: &[Dual], operand| match operand {
         Operand::Value(i) => Ok(registers[i as usize]),
@@ -280,6 +302,27 @@ fn gradient_of(instruction: &Instruction, to: usize, uniforms: &[f32], registers
             for k in 0..4 {
                 for i in 0..LANES {
                     registers[to][k][i] = if a[0][i] == 0.0 { c[k][i] } else { b[k][i] };
+                }
+            }
+        }
+        Op::Leaf(leaf) => {
+            let at = [a, b, c].map(|operand| dual(registers, operand));
+            let [x, y, z] = [0, 1, 2].map(|k| match &at[k] {
+                Ok(dual) => dual[0],
+                Err(uniform) => [*uniform; LANES],
+            });
+            let [mut value, mut by_x, mut by_y, mut by_z] = [[0.0; LANES]; 4];
+            let out = DualSlices { value: &mut value, derivatives: [&mut by_x, &mut by_y, &mut by_z] };
+            leaves[leaf as usize].gradients(Points { x: &x, y: &y, z: &z }, out);
+            let part = |slopes: &Lanes, at: &Result<Dual, f32>, k: usize, i: usize| match at {
+                Ok(dual) => term(slopes[i], dual[k][i]),
+                Err(_) => 0.0,
+            };
+            registers[to][0] = value;
+            for k in 1..4 {
+                for i in 0..LANES {
+                    registers[to][k][i] =
+                        (part(&by_x, &at[0], k, i) + part(&by_y, &at[1], k, i)) + part(&by_z, &at[2], k, i);
                 }
             }
         }

@@ -1,5 +1,6 @@
 //! [`Expr`]: what fields are built of, by operators and methods. Cheap to clone, parts are shared.
 
+use super::leaf::Leaf;
 use super::ops::{Binary, Unary};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::Arc;
@@ -27,6 +28,8 @@ pub(super) enum Node {
     Select(Expr, Expr, Expr),
     /// The expression with other ones in place of x, y, z.
     At(Expr, [Expr; 3]),
+    /// A function of the point.
+    Leaf(Arc<dyn Leaf>),
 }
 
 /// The point's x coordinate.
@@ -67,6 +70,11 @@ macro_rules! binary_methods {
 impl Expr {
     pub(super) fn new(node: Node) -> Self {
         Self(Arc::new(node))
+    }
+
+    /// A function of the point that is no combination of operations.
+    pub fn leaf(leaf: Arc<dyn Leaf>) -> Self {
+        Self::new(Node::Leaf(leaf))
     }
 
     /// A number with a name, which can be changed later without compiling anything. The same name means the
@@ -207,7 +215,7 @@ impl Node {
     /// The expressions that this is made of, at most four.
     pub(super) fn parts(&self) -> impl Iterator<Item = &Expr> {
         let parts: [Option<&Expr>; 4] = match self {
-            Node::Axis(_) | Node::Constant(_) | Node::Parameter { .. } => [None; 4],
+            Node::Axis(_) | Node::Constant(_) | Node::Parameter { .. } | Node::Leaf(_) => [None; 4],
             Node::Unary(_, a) => [Some(a), None, None, None],
             Node::Binary(_, a, b) => [Some(a), Some(b), None, None],
             Node::Select(a, b, c) => [Some(a), Some(b), Some(c), None],
@@ -228,7 +236,7 @@ impl Drop for Expr {
         let take = |node: &mut Arc<Node>, left: &mut Vec<Expr>| {
             let Some(node) = Arc::get_mut(node) else { return };
             match std::mem::replace(node, Node::Axis(0)) {
-                Node::Axis(_) | Node::Constant(_) | Node::Parameter { .. } => {}
+                Node::Axis(_) | Node::Constant(_) | Node::Parameter { .. } | Node::Leaf(_) => {}
                 Node::Unary(_, a) => left.push(a),
                 Node::Binary(_, a, b) => left.extend([a, b]),
                 Node::Select(a, b, c) => left.extend([a, b, c]),

@@ -17,7 +17,7 @@ pub struct GraphField {
     /// The program's tape, or what is left of it in a box.
     tape: Arc<Tape>,
     code: Arc<Code>,
-    texts: Arc<OnceLock<[Arc<str>; 3]>>,
+    texts: Arc<OnceLock<([Arc<str>; 3], Arc<[u32]>)>>,
     parameters: Vec<f64>,
     uniforms: Arc<[f32]>,
     sense: Sense,
@@ -127,15 +127,17 @@ impl Field for GraphField {
     }
 
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
-        let [value, gradient, interval] = self.texts.get_or_init(|| {
+        let ([value, gradient, interval], data) = self.texts.get_or_init(|| {
             let texts = wgsl::write(&self.program);
-            [texts.value, texts.gradient, texts.interval].map(Arc::from)
+            let data: Vec<u32> = self.program.tape.leaves.iter().flat_map(|leaf| leaf.data()).collect();
+            ([texts.value, texts.gradient, texts.interval].map(Arc::from), data.into())
         });
         let places = wgsl::buffer_places(&self.program);
         Ok(Wgsl {
             value: value.clone(),
             gradient: Some(gradient.clone()),
             interval: Some(interval.clone()),
+            data: data.clone(),
             parameters: places.iter().map(|&i| self.uniforms[i as usize]).collect(),
             counts_loops: false,
         })

@@ -5,6 +5,7 @@
 //! changes, and rounded to `f32`: the **uniforms**. Nothing here recurses: expressions may be deep.
 
 use super::expr::{Expr, Node};
+use super::leaf::Leaf;
 use super::ops::{Binary, Unary};
 use super::tape::{Instruction, Op, Operand, Tape};
 use std::collections::HashMap;
@@ -20,7 +21,7 @@ pub struct Parameter {
 }
 
 /// An expression made flat.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Program {
     /// Operations at each point.
     pub tape: Tape,
@@ -95,6 +96,8 @@ fn fold(op: Op, [a, b, c]: [f64; 3]) -> f64 {
                 b
             }
         }
+        // No leaf is uniform.
+        Op::Leaf(_) => f64::NAN,
     }
 }
 
@@ -115,6 +118,7 @@ struct Graph {
     /// Of each part: whether it is the same at all points.
     uniform: Vec<bool>,
     parameters: Vec<Parameter>,
+    leaves: Vec<Arc<dyn Leaf>>,
 }
 
 impl Graph {
@@ -148,6 +152,7 @@ impl Graph {
                 Node::Unary(op, a) => self.op(Op::Unary(*op), [get(a), 0, 0]),
                 Node::Binary(op, a, b) => self.op(Op::Binary(*op), [get(a), get(b), 0]),
                 Node::Select(a, b, c) => self.op(Op::Select, [get(a), get(b), get(c)]),
+                Node::Leaf(leaf) => self.leaf(leaf, frames[frame as usize]),
                 Node::At(inner, at) => {
                     let at = [get(&at[0]), get(&at[1]), get(&at[2])];
                     let next = *frame_numbers.entry(at).or_insert_with(|| {
@@ -176,6 +181,15 @@ impl Graph {
         self.part(Part::Parameter(number as u32))
     }
 
+    fn leaf(&mut self, leaf: &Arc<dyn Leaf>, at: [u32; 3]) -> u32 {
+        let known = self.leaves.iter().position(|l| Arc::ptr_eq(l, leaf));
+        let number = known.unwrap_or_else(|| {
+            self.leaves.push(leaf.clone());
+            self.leaves.len() - 1
+        });
+        self.part(Part::Op(Op::Leaf(number as u32), at))
+    }
+
     fn part(&mut self, part: Part) -> u32 {
         if let Some(&number) = self.numbers.get(&part) {
             return number;
@@ -184,6 +198,8 @@ impl Graph {
         let uniform = match part {
             Part::Axis(_) => false,
             Part::Constant(_) | Part::Parameter(_) => true,
+            // A leaf is computed at points alone.
+            Part::Op(Op::Leaf(_), _) => false,
             Part::Op(op, parts) => parts[..op.arity()].iter().all(|&p| self.uniform[p as usize]),
         };
         self.parts.push(part);
@@ -273,7 +289,7 @@ impl Graph {
             }
         }
         let root = operand(&place, root);
-        let tape = Tape { instructions, root };
+        let tape = Tape { leaves: self.leaves.into(), instructions, root };
         Program { tape, parameters: self.parameters, steps, uniforms }
     }
 }

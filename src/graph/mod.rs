@@ -9,6 +9,7 @@ pub mod eval;
 mod expr;
 mod field;
 pub mod interval;
+pub mod leaf;
 pub mod lower;
 pub mod ops;
 pub mod tape;

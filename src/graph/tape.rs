@@ -6,7 +6,9 @@
 //! values were given registers, for the CPU's evaluators.
 
 use super::interval::Interval;
+use super::leaf::Leaf;
 use super::ops::{Binary, Unary};
+use std::sync::Arc;
 
 /// An operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -17,6 +19,8 @@ pub enum Op {
     Binary(Binary),
     /// The second where the first is not 0, else the third.
     Select,
+    /// A leaf of the tape, of the point that is the operands.
+    Leaf(u32),
 }
 
 impl Op {
@@ -25,7 +29,7 @@ impl Op {
         match self {
             Op::Unary(_) => 1,
             Op::Binary(_) => 2,
-            Op::Select => 3,
+            Op::Select | Op::Leaf(_) => 3,
         }
     }
 }
@@ -58,8 +62,10 @@ impl Instruction {
 }
 
 /// A list of operations, each on earlier ones.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Tape {
+    /// What [`Op::Leaf`] means.
+    pub leaves: Arc<[Arc<dyn Leaf>]>,
     /// The operations.
     pub instructions: Vec<Instruction>,
     /// What the whole is.
@@ -81,6 +87,7 @@ impl Tape {
                 Op::Unary(op) => op.interval(get(all, a)),
                 Op::Binary(op) => op.interval(get(all, a), get(all, b)),
                 Op::Select => super::interval::select(get(all, a), get(all, b), get(all, c)),
+                Op::Leaf(leaf) => self.leaves[leaf as usize].interval([a, b, c].map(|o| get(all, o))),
             };
             all.push(interval);
         }
@@ -134,6 +141,20 @@ impl Tape {
             any |= resolved.is_some();
             stands_for.push(resolved.unwrap_or(Operand::Value(i as u32)));
         }
+        // Leaves that are simpler there.
+        let mut leaves = self.leaves.to_vec();
+        for instruction in &self.instructions {
+            if let Op::Leaf(leaf) = instruction.op
+                && let Some(simpler) = leaves[leaf as usize].within(instruction.operands.map(get))
+            {
+                // A leaf that stands in two places must be the same in both.
+                let places = self.instructions.iter().filter(|i| i.op == instruction.op).count();
+                if places == 1 {
+                    leaves[leaf as usize] = simpler;
+                    any = true;
+                }
+            }
+        }
         any.then(|| {
             let resolve = |operand| match operand {
                 Operand::Value(i) => stands_for[i as usize],
@@ -141,7 +162,8 @@ impl Tape {
             };
             let instructions =
                 self.instructions.iter().map(|i| Instruction { op: i.op, operands: i.operands.map(resolve) });
-            Tape { instructions: instructions.collect(), root: resolve(self.root) }.without_dead()
+            Tape { leaves: leaves.into(), instructions: instructions.collect(), root: resolve(self.root) }
+                .without_dead()
         })
     }
 
@@ -177,13 +199,15 @@ impl Tape {
                 instructions.push(Instruction { op: instruction.op, operands });
             }
         }
-        Tape { root: place(&places, self.root), instructions }
+        Tape { root: place(&places, self.root), leaves: self.leaves, instructions }
     }
 }
 
 /// A tape with registers: [`Operand::Value`] is a register, and the first three hold the coordinates.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Code {
+    /// What [`Op::Leaf`] means.
+    pub leaves: Arc<[Arc<dyn Leaf>]>,
     /// The operations, and the register that each fills; never one that it reads.
     pub instructions: Vec<(Instruction, u32)>,
     /// Where the whole's value is in the end.
@@ -232,6 +256,11 @@ impl Code {
                 }
             }
         }
-        Self { root: register(&register_of, tape.root), instructions, registers: registers as usize }
+        Self {
+            leaves: tape.leaves.clone(),
+            root: register(&register_of, tape.root),
+            instructions,
+            registers: registers as usize,
+        }
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! One `let` an operation: nothing nests, however deep the expression was.
 
+use super::leaf::LeafWgsl;
 use super::lower::Program;
 use super::tape::{Instruction, Op, Operand};
 use std::fmt::Write;
@@ -58,6 +59,7 @@ impl Writer<'_> {
             Op::Unary(op) => fill(op.wgsl().value, &a, "", ""),
             Op::Binary(op) => fill(op.wgsl().value, &a, &b, ""),
             Op::Select => format!("select({b}, {c}, {a} == 0.0)"),
+            Op::Leaf(leaf) => format!("leaf{leaf}(vec3<f32>({a}, {b}, {c}))"),
         }
     }
 
@@ -69,6 +71,15 @@ impl Writer<'_> {
             Op::Select => {
                 let [_, db, dc] = i.operands.map(|o| self.gradient(o));
                 return format!("select({db}, {dc}, {a} == 0.0)");
+            }
+            Op::Leaf(_) => {
+                let by = |axis: usize| match i.operands[axis] {
+                    Operand::Uniform(_) => "vec3<f32>(0.0)".into(),
+                    operand => {
+                        format!("iso_term(l{n}.{}, {})", ["y", "z", "w"][axis], self.gradient(operand))
+                    }
+                };
+                return format!("({} + {}) + {}", by(0), by(1), by(2));
             }
         };
         let mut terms = Vec::new();
@@ -98,6 +109,7 @@ impl Writer<'_> {
             Op::Unary(op) => fill(op.wgsl().interval, &a, "", ""),
             Op::Binary(op) => fill(op.wgsl().interval, &a, &b, ""),
             Op::Select => format!("iv_select({a}, {b}, {c})"),
+            Op::Leaf(leaf) => format!("leaf{leaf}_interval({a}, {b}, {c})"),
         }
     }
 }
@@ -134,14 +146,35 @@ pub fn write(program: &Program) -> Texts {
     for (n, i) in tape.instructions.iter().enumerate() {
         let v = writer.value_text(i);
         let _ = writeln!(value, "    let v{n} = {v};");
-        let _ = writeln!(gradient, "    let v{n} = {v};\n    let d{n} = {};", writer.gradient_text(n, i));
+        let d = writer.gradient_text(n, i);
+        let _ = match i.op {
+            Op::Leaf(leaf) => {
+                let [a, b, c] = i.operands.map(|o| writer.value(o));
+                let call = format!("leaf{leaf}_gradient(vec3<f32>({a}, {b}, {c}))");
+                writeln!(gradient, "    let l{n} = {call};\n    let v{n} = l{n}.x;\n    let d{n} = {d};")
+            }
+            _ => writeln!(gradient, "    let v{n} = {v};\n    let d{n} = {d};"),
+        };
         let _ = writeln!(interval, "    let i{n} = {};", writer.interval_text(i));
     }
     let root = tape.root;
+    let mut leaves = LeafWgsl { value: String::new(), gradient: String::new(), interval: String::new() };
+    let mut first = 0;
+    for (n, leaf) in tape.leaves.iter().enumerate() {
+        let texts = leaf.wgsl(&format!("leaf{n}"), first);
+        leaves.value += &texts.value;
+        leaves.gradient += &texts.gradient;
+        leaves.interval += &texts.interval;
+        first += (leaf.data_bytes() / 4) as usize;
+    }
+    let LeafWgsl { value: leaf_values, gradient: leaf_gradients, interval: leaf_intervals } = leaves;
     Texts {
-        value: format!("fn density(p: vec3<f32>) -> f32 {{\n{value}    return {};\n}}\n", writer.value(root)),
+        value: format!(
+            "{leaf_values}fn density(p: vec3<f32>) -> f32 {{\n{value}    return {};\n}}\n",
+            writer.value(root)
+        ),
         gradient: format!(
-            "const AXIS_X = vec3<f32>(1.0, 0.0, 0.0);\nconst AXIS_Y = vec3<f32>(0.0, 1.0, 0.0);\n\
+            "{leaf_gradients}const AXIS_X = vec3<f32>(1.0, 0.0, 0.0);\nconst AXIS_Y = vec3<f32>(0.0, 1.0, 0.0);\n\
              const AXIS_Z = vec3<f32>(0.0, 0.0, 1.0);\n\
              fn iso_term(slope: f32, derivative: vec3<f32>) -> vec3<f32> {{\n    \
              return select(slope * derivative, vec3<f32>(0.0), slope == 0.0);\n}}\n\
@@ -149,7 +182,7 @@ pub fn write(program: &Program) -> Texts {
             writer.gradient(root)
         ),
         interval: format!(
-            "fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32> {{\n{interval}    \
+            "{leaf_intervals}fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32> {{\n{interval}    \
              return {};\n}}\n",
             writer.interval(root)
         ),

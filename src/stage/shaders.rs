@@ -25,6 +25,7 @@ const CLASSIFY: &str = include_str!("../../shaders/classify.wgsl");
 const SCAN: &str = include_str!("../../shaders/scan.wgsl");
 const EMIT: &str = include_str!("../../shaders/emit.wgsl");
 
+const FIELD_DATA: &str = "@group(0) @binding(17) var<storage, read> field_data: array<u32>;\n";
 const NO_LOOPS: &str = "fn report_runaway() {}\n";
 
 /// Where the stages find samples and normals.
@@ -46,6 +47,7 @@ fn field_part(wgsl: &Wgsl, functions: &str) -> String {
         "@group(0) @binding(16) var<uniform> field_parameters: array<vec4<f32>, {}>;",
         crate::field::PARAMETER_VECTORS
     );
+    let data = if wgsl.data.is_empty() { "" } else { FIELD_DATA };
     let limit = crate::field::user::MAX_ITERATIONS;
     let loops = if wgsl.counts_loops {
         format!(
@@ -54,7 +56,7 @@ fn field_part(wgsl: &Wgsl, functions: &str) -> String {
     } else {
         NO_LOOPS.into()
     };
-    link(&[TURNS, &parameters, functions, &loops])
+    link(&[TURNS, &parameters, data, functions, &loops])
 }
 
 /// Everything of cull; `range` reads the samples.

@@ -1,0 +1,61 @@
+//! [`Leaf`]: a function of a point that is no combination of operations, because it reads data or loops:
+//! noise, lists of blobs, sampled volumes.
+
+use super::interval::Interval;
+use crate::field::Points;
+use std::fmt;
+use std::sync::Arc;
+
+/// Values and derivatives by x, y, z at some points, all of one length.
+#[derive(Debug)]
+pub struct DualSlices<'a> {
+    /// The values.
+    pub value: &'a mut [f32],
+    /// The derivatives by each coordinate.
+    pub derivatives: [&'a mut [f32]; 3],
+}
+
+/// A function of a point, in all the forms that the graph needs.
+pub trait Leaf: Send + Sync + fmt::Debug {
+    /// The values at `at`.
+    fn values(&self, at: Points<'_>, out: &mut [f32]);
+
+    /// The same values, bit for bit, and the derivatives.
+    fn gradients(&self, at: Points<'_>, out: DualSlices<'_>);
+
+    /// Bounds of the values in a box.
+    fn interval(&self, at: [Interval; 3]) -> Interval;
+
+    /// A simpler leaf that is the same in a box, bit for bit, if there is one.
+    fn within(&self, at: [Interval; 3]) -> Option<Arc<dyn Leaf>> {
+        let _ = at;
+        None
+    }
+
+    /// The WGSL: functions `{name}(p: vec3<f32>) -> f32`, `{name}_gradient(p: vec3<f32>) -> vec4<f32>` (value
+    /// and derivatives) and `{name}_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32>`, each
+    /// alone in its text (with what it calls, under names that begin with `name`). The leaf's data lie in
+    /// `field_data` (`array<u32>`) from `first` on.
+    fn wgsl(&self, name: &str, first: usize) -> LeafWgsl;
+
+    /// What the WGSL reads. The same at each call.
+    fn data(&self) -> Vec<u32> {
+        Vec::new()
+    }
+
+    /// Bytes of [`Leaf::data`].
+    fn data_bytes(&self) -> u64 {
+        0
+    }
+}
+
+/// The WGSL of a leaf.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeafWgsl {
+    /// `{name}`.
+    pub value: String,
+    /// `{name}_gradient`.
+    pub gradient: String,
+    /// `{name}_interval`.
+    pub interval: String,
+}
