@@ -7,6 +7,7 @@
 //! hang a GPU, and lavapipe ends it in silence after 65,535 iterations with a wrong value.
 
 use super::{Field, NoForm, Points, Sense, Wgsl};
+use crate::excerpt::{Excerpt, excerpt};
 use naga::{Block, Expression, Handle, Literal, Module, Span, Statement};
 use std::sync::Arc;
 
@@ -17,8 +18,6 @@ pub const MAX_ITERATIONS: u32 = 50_000;
 /// Bytes that a source may have, and the stack it is checked on.
 const MAX_SOURCE: usize = 1 << 20;
 const STACK: usize = 1 << 30;
-/// Characters of a line that an error shows.
-const EXCERPT: usize = 100;
 
 /// What is wrong with the user's source, and where.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -117,17 +116,8 @@ type Fault = (Option<Span>, String);
 
 fn locate(source: &str, file: &str, span: Option<Span>, message: String) -> UserError {
     let place = span.filter(|s| s.is_defined()).map_or(0, |s| s.location(source).offset as usize);
-    let before = source.get(..place).unwrap_or(source);
-    let line = before.matches('\n').count();
-    let column = before.rsplit('\n').next().unwrap_or("").chars().count();
-    let text: Vec<char> = source.lines().nth(line).unwrap_or("").chars().collect();
-    // Of a long line, the part around the column; tabs stay tabs, so that the caret stands right.
-    let from = column.saturating_sub(EXCERPT / 2).min(text.len().saturating_sub(EXCERPT));
-    let shown = &text[from..text.len().min(from + EXCERPT)];
-    let indent: String =
-        shown.iter().take(column - from).map(|c| if *c == '\t' { '\t' } else { ' ' }).collect();
-    let excerpt = format!("  {}\n  {indent}^", shown.iter().collect::<String>());
-    UserError { file: file.into(), line: line as u32 + 1, column: column as u32 + 1, message, excerpt }
+    let Excerpt { line, column, text } = excerpt(source, place);
+    UserError { file: file.into(), line, column, message, excerpt: text }
 }
 
 fn validate(module: &Module) -> Result<naga::valid::ModuleInfo, Fault> {

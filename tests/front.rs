@@ -1,0 +1,15 @@
+//! The front ends of the field graph: formulas and WGSL functions become the same expressions.
+
+mod common;
+
+#[path = "front/formula.rs"]
+mod formula;
+
+use isoforge::field::{Field, Points};
+
+/// The value of a field at one point.
+fn at(field: &dyn Field, [x, y, z]: [f32; 3]) -> f32 {
+    let mut out = [0.0];
+    field.values(Points { x: &[x], y: &[y], z: &[z] }, &mut out).expect("a CPU form");
+    out[0]
+}
