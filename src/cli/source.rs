@@ -126,7 +126,8 @@ fn load_wgsl(args: &SourceArgs, path: &Path) -> Result<(Loaded, Vec<String>), Fa
         .map_err(|e| Failure::run(format!("{} cannot be read: {e}", path.display())))?;
     let sense = args.inside.map_or(Sense::Below, Sense::from);
     let field = UserField::new(&text, &args.source, sense).map_err(Failure::run)?;
-    Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0 }, Vec::new()))
+    let note = field.obstacle().map(|obstacle| format!("note: density stays on the GPU: {obstacle}"));
+    Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0 }, note.into_iter().collect()))
 }
 
 /// A remark where neighbouring points of the grid are hardly different numbers.

@@ -5,9 +5,16 @@
 //! prefix of its own, so that no helper's name clashes with the library's, and every loop counts
 //! its iterations and leaves when one invocation has made [`MAX_ITERATIONS`]: an endless loop would
 //! hang a GPU, and lavapipe ends it in silence after 65,535 iterations with a wrong value.
+//!
+//! Where the function can be written as an expression of the field graph ([`from_wgsl`]), that is what is
+//! evaluated, on both backends, with exact gradients and bounds. Else the rewritten text runs on the GPU
+//! alone, and [`UserField::obstacle`] says why.
 
-use super::{Field, NoForm, Points, Sense, Wgsl};
+use super::{Field, NoForm, Points, Sense, Wgsl, Within};
 use crate::excerpt::{Excerpt, excerpt};
+use crate::graph::GraphField;
+use crate::graph::from_wgsl::{self, Obstacle};
+use crate::graph::interval::{ALL, Interval};
 use naga::{Block, Expression, Handle, Literal, Module, Span, Statement};
 use std::sync::Arc;
 
@@ -40,6 +47,8 @@ pub struct UserError {
 pub struct UserField {
     sense: Sense,
     rewritten: Arc<str>,
+    graph: Option<GraphField>,
+    obstacle: Option<Obstacle>,
 }
 
 impl UserField {
@@ -65,6 +74,22 @@ impl UserField {
         })
     }
 
+    /// The function as an expression, if it is one.
+    pub fn graph(&self) -> Option<&GraphField> {
+        self.graph.as_ref()
+    }
+
+    /// Why only a GPU evaluates the function, if that is so.
+    pub fn obstacle(&self) -> Option<&Obstacle> {
+        self.obstacle.as_ref()
+    }
+
+    /// The function as it was written, for the GPU alone.
+    #[must_use]
+    pub fn as_written(self) -> Self {
+        Self { graph: None, ..self }
+    }
+
     fn check(source: &str, file: &str, sense: Sense) -> Result<Self, UserError> {
         let error = |span: Option<Span>, message: String| locate(source, file, span, message);
         let mut module = naga::front::wgsl::parse_str(source).map_err(|e| {
@@ -73,6 +98,10 @@ impl UserField {
         })?;
         let info = validate(&module).map_err(|(span, message)| error(span, message))?;
         check_form(&module, &info).map_err(|(span, message)| error(span, message))?;
+        let (graph, obstacle) = match from_wgsl::lower(&module, source, sense) {
+            Ok(graph) => (Some(graph), None),
+            Err(obstacle) => (None, Some(obstacle)),
+        };
         count_loops(&mut module);
         rename(&mut module);
         let info = validate(&module).map_err(|(span, message)| error(span, message))?;
@@ -87,7 +116,7 @@ impl UserField {
             );
             error(None, message)
         })?;
-        Ok(Self { sense, rewritten: rewritten.into() })
+        Ok(Self { sense, rewritten: rewritten.into(), graph, obstacle })
     }
 }
 
@@ -96,11 +125,22 @@ impl Field for UserField {
         self.sense
     }
 
-    fn values(&self, _: Points<'_>, _: &mut [f32]) -> Result<(), NoForm> {
-        Err(NoForm::Cpu)
+    fn values(&self, points: Points<'_>, out: &mut [f32]) -> Result<(), NoForm> {
+        self.graph().ok_or(NoForm::Cpu)?.values(points, out)
+    }
+
+    fn gradients(&self, points: Points<'_>, delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+        self.graph().ok_or(NoForm::Cpu)?.gradients(points, delta, out)
+    }
+
+    fn within(&self, region: [Interval; 3]) -> Within {
+        self.graph().map_or(Within { range: ALL, field: None }, |graph| graph.within(region))
     }
 
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
+        if let Some(graph) = self.graph() {
+            return graph.wgsl();
+        }
         Ok(Wgsl {
             value: self.rewritten.clone(),
             gradient: None,

@@ -10,6 +10,7 @@ pub mod eval;
 mod expr;
 mod field;
 pub mod formula;
+pub mod from_wgsl;
 pub mod interval;
 pub mod leaf;
 pub mod lower;
