@@ -29,7 +29,7 @@ fn ours(balls: &[([f64; 3], f64)]) -> Expr {
 fn theirs(balls: &[([f64; 3], f64)]) -> Tree {
     let (x, y, z) = Tree::axes();
     let ball = |&([a, b, c], r): &([f64; 3], f64)| {
-        ((x.clone() - a).square() + (y.clone() - b).square() + (z.clone() - c).square()).sqrt() - r
+        ((x.clone() - a as f32).square() + (y.clone() - b as f32).square() + (z.clone() - c as f32).square()).sqrt() - r as f32
     };
     balls.iter().map(ball).reduce(|a, b| a.min(b)).unwrap()
 }
