@@ -17,6 +17,7 @@ const BRICKS: &str = include_str!("../../shaders/source/bricks.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
 const DIFFERENCES: &str = include_str!("../../shaders/source/differences.wgsl");
 const STRADDLES: &str = include_str!("../../shaders/shared/straddles.wgsl");
+const EXACT: &str = include_str!("../../shaders/graph/exact.wgsl");
 const INTERVAL: &str = include_str!("../../shaders/graph/interval.wgsl");
 const BOUNDS: &str = include_str!("../../shaders/bounds.wgsl");
 const CULL: &str = include_str!("../../shaders/cull.wgsl");
@@ -56,7 +57,7 @@ fn field_part(wgsl: &Wgsl, functions: &str) -> String {
     } else {
         NO_LOOPS.into()
     };
-    link(&[TURNS, &parameters, data, functions, &loops])
+    link(&[TURNS, &parameters, EXACT, data, functions, &loops])
 }
 
 /// Everything of cull; `range` reads the samples.
