@@ -4,6 +4,11 @@ mod common;
 
 #[path = "front/formula.rs"]
 mod formula;
+#[allow(dead_code, reason = "shared with the tests of the graph")]
+#[path = "graph/on_gpu.rs"]
+mod on_gpu;
+#[path = "front/wgsl.rs"]
+mod wgsl;
 
 use isoforge::field::{Field, Points};
 

@@ -10,12 +10,15 @@
 //! evaluated, on both backends, with exact gradients and bounds. Else the rewritten text runs on the GPU
 //! alone, and [`UserField::obstacle`] says why.
 
+mod rewrite;
+
 use super::{Field, NoForm, Points, Sense, Wgsl, Within};
 use crate::excerpt::{Excerpt, excerpt};
 use crate::graph::GraphField;
 use crate::graph::from_wgsl::{self, Obstacle};
 use crate::graph::interval::{ALL, Interval};
-use naga::{Block, Expression, Handle, Literal, Module, Span, Statement};
+use naga::{Handle, Module, Span};
+use rewrite::{check_pointers, count_loops, rename};
 use std::sync::Arc;
 
 /// Iterations that all loops of the function may make in one invocation of a kernel (which
@@ -102,6 +105,9 @@ impl UserField {
             Ok(graph) => (Some(graph), None),
             Err(obstacle) => (None, Some(obstacle)),
         };
+        if graph.is_none() {
+            check_pointers(&module).map_err(|(span, message)| error(span, message))?;
+        }
         count_loops(&mut module);
         rename(&mut module);
         let info = validate(&module).map_err(|(span, message)| error(span, message))?;
@@ -236,116 +242,6 @@ fn check_form(module: &Module, info: &naga::valid::ModuleInfo) -> Result<(), Fau
         return Err((Some(module.functions.get_span(handle)), message));
     }
     Ok(())
-}
-
-/// Puts a count and a way out in front of every loop body, and a return behind every body.
-fn count_loops(module: &mut Module) {
-    let u32_type = module.types.insert(
-        naga::Type { name: None, inner: naga::TypeInner::Scalar(naga::Scalar::U32) },
-        Span::UNDEFINED,
-    );
-    let counter = module.global_variables.append(
-        naga::GlobalVariable {
-            name: Some("isoforge_iterations".into()),
-            space: naga::AddressSpace::Private,
-            binding: None,
-            ty: u32_type,
-            init: None,
-            memory_decorations: naga::MemoryDecorations::empty(),
-        },
-        Span::UNDEFINED,
-    );
-    for (_, function) in module.functions.iter_mut() {
-        let mut body = std::mem::take(&mut function.body);
-        count_in_block(&mut body, &mut function.expressions, counter);
-        // A loop that ended only by `return` now also ends by the count.
-        if let Some(result) = &function.result
-            && !matches!(body.last(), Some(Statement::Return { .. }))
-        {
-            let zero = function.expressions.append(Expression::ZeroValue(result.ty), Span::UNDEFINED);
-            body.push(Statement::Return { value: Some(zero) }, Span::UNDEFINED);
-        }
-        function.body = body;
-    }
-}
-
-fn count_in_block(
-    block: &mut Block,
-    expressions: &mut naga::Arena<Expression>,
-    counter: Handle<naga::GlobalVariable>,
-) {
-    for statement in block.iter_mut() {
-        match statement {
-            Statement::Block(inner) => count_in_block(inner, expressions, counter),
-            Statement::If { accept, reject, .. } => {
-                count_in_block(accept, expressions, counter);
-                count_in_block(reject, expressions, counter);
-            }
-            Statement::Switch { cases, .. } => {
-                for case in cases {
-                    count_in_block(&mut case.body, expressions, counter);
-                }
-            }
-            Statement::Loop { body, continuing, .. } => {
-                count_in_block(body, expressions, counter);
-                count_in_block(continuing, expressions, counter);
-                let mut counted = guard(expressions, counter);
-                counted.extend_block(std::mem::take(body));
-                *body = counted;
-            }
-            _ => {}
-        }
-    }
-}
-
-/// `if isoforge_iterations >= MAX { break; } isoforge_iterations += 1;`
-fn guard(expressions: &mut naga::Arena<Expression>, counter: Handle<naga::GlobalVariable>) -> Block {
-    let at = Span::UNDEFINED;
-    let pointer = expressions.append(Expression::GlobalVariable(counter), at);
-    let limit = expressions.append(Expression::Literal(Literal::U32(MAX_ITERATIONS)), at);
-    let one = expressions.append(Expression::Literal(Literal::U32(1)), at);
-    let start = expressions.len();
-    let count = expressions.append(Expression::Load { pointer }, at);
-    let op = naga::BinaryOperator::GreaterEqual;
-    let condition = expressions.append(Expression::Binary { op, left: count, right: limit }, at);
-    let op = naga::BinaryOperator::Add;
-    let next = expressions.append(Expression::Binary { op, left: count, right: one }, at);
-    let mut block = Block::new();
-    block.push(Statement::Emit(expressions.range_from(start)), at);
-    block.push(Statement::Store { pointer, value: next }, at);
-    let mut leave = Block::new();
-    leave.push(Statement::Break, at);
-    block.push(Statement::If { condition, accept: leave, reject: Block::new() }, at);
-    block
-}
-
-/// Gives every name of the user a prefix, except the function `density` itself.
-fn rename(module: &mut Module) {
-    let prefix = |name: &mut Option<String>| {
-        if let Some(name) = name.as_mut().filter(|n| *n != "density") {
-            *name = format!("user_{name}");
-        }
-    };
-    let always = |name: &mut Option<String>| {
-        if let Some(name) = name {
-            *name = format!("user_{name}");
-        }
-    };
-    for (_, function) in module.functions.iter_mut() {
-        prefix(&mut function.name);
-        // These may be named like a function of ours, or like `density`, in a scope of their own; the
-        // writer would rename the later of the two.
-        function.arguments.iter_mut().for_each(|a| always(&mut a.name));
-        function.local_variables.iter_mut().for_each(|(_, v)| always(&mut v.name));
-        function.named_expressions.values_mut().for_each(|name| *name = format!("user_{name}"));
-    }
-    module.constants.iter_mut().for_each(|(_, c)| prefix(&mut c.name));
-    let named: Vec<_> = module.types.iter().filter(|(_, t)| t.name.is_some()).map(|(h, _)| h).collect();
-    for handle in named {
-        let mut ty = module.types[handle].clone();
-        prefix(&mut ty.name);
-        module.types.replace(handle, ty);
-    }
 }
 
 #[cfg(test)]

@@ -8,8 +8,10 @@ use naga::{BinaryOperator as Op, ScalarKind, UnaryOperator};
 
 /// Whole numbers up to here are exact as `f32`.
 const EXACT: i64 = 1 << 24;
+/// Up to here, a quotient and half of one over the divisor differ by more than a GPU's division rounds.
+const DIVISIBLE: i64 = 1 << 20;
 /// An integer made of a float is taken to be no larger.
-const CONVERTED: i64 = 1 << 20;
+const CONVERTED: i64 = 1 << 18;
 
 fn no_form(what: impl Into<String>) -> What {
     What::NoForm { what: what.into() }
@@ -144,7 +146,7 @@ fn whole(op: Op, a: &Whole, b: &Whole) -> Found<Scalar> {
         }
         Ok(Scalar::Whole(Whole { unsigned, low, high, expr: Some(expr) }))
     };
-    let small = a.low >= -CONVERTED && a.high <= CONVERTED;
+    let small = a.low >= -DIVISIBLE && a.high <= DIVISIBLE;
     let (ea, eb) = (a.expr(), b.expr());
     // Half more than the number: then a quotient's rounding never reaches the next whole number.
     let quotient = |by: i64| ea.sign() * ((ea.abs() + 0.5) / by as f64).floor();
@@ -156,18 +158,18 @@ fn whole(op: Op, a: &Whole, b: &Whole) -> Found<Scalar> {
         (Op::Multiply, _) => {
             result(ea * eb, [a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high])
         }
-        (Op::Divide, Some(by @ 1..=CONVERTED)) if small => {
+        (Op::Divide, Some(by @ 1..=DIVISIBLE)) if small => {
             result(quotient(by), [a.low / by, a.high / by, a.low / by, a.high / by])
         }
-        (Op::Modulo, Some(by @ 1..=CONVERTED)) if small => {
+        (Op::Modulo, Some(by @ 1..=DIVISIBLE)) if small => {
             let least = if a.low < 0 { 1 - by } else { 0 };
             result(&ea - quotient(by) * by as f64, [least, by - 1, 0, 0])
         }
-        (Op::And, Some(mask)) if small && mask >= 0 && (mask + 1).count_ones() == 1 && mask < EXACT => {
+        (Op::And, Some(mask)) if mask >= 0 && (mask + 1).count_ones() == 1 && mask < EXACT => {
             let size = (mask + 1) as f64;
             result(&ea - (&ea * (1.0 / size)).floor() * size, [0, mask, 0, 0])
         }
-        (Op::ShiftRight, Some(by @ 0..=20)) if small => {
+        (Op::ShiftRight, Some(by @ 0..=24)) => {
             let size = (1_i64 << by) as f64;
             result((&ea * (1.0 / size)).floor(), [a.low >> by, a.high >> by, a.low >> by, a.high >> by])
         }

@@ -3,7 +3,7 @@
 //! The function is run once with expressions for numbers: calls are inlined, both sides of a condition that
 //! varies are computed and one is chosen, loops are unrolled. What is the same at all points (counters,
 //! flags, sizes) stays a number, in `f32` where it is a float, so that a loop ends where it does on a GPU.
-//! Integers that vary are whole `f32` numbers; those made of floats are taken to be under 2²⁰ in magnitude,
+//! Integers that vary are whole `f32` numbers; those made of floats are taken to be under 2¹⁸ in magnitude,
 //! and an operation that could leave the exact range (2²⁴) has no form. What has no form is an
 //! [`Obstacle`]: the function can then run on a GPU alone.
 

@@ -211,7 +211,16 @@ impl<'a> Lowering<'a> {
                 for handle in range.clone() {
                     let span = frame.function.expressions.get_span(handle);
                     let value = at(self.evaluate(frame, state, handle), span)?;
-                    self.spend(value.unknown_count(), span)?;
+                    let is_operation = matches!(
+                        frame.function.expressions[handle],
+                        Expression::Unary { .. }
+                            | Expression::Binary { .. }
+                            | Expression::Select { .. }
+                            | Expression::Math { .. }
+                            | Expression::As { .. }
+                            | Expression::Relational { .. }
+                    );
+                    self.spend(if is_operation { value.unknown_count() } else { 0 }, span)?;
                     frame.values[handle.index()] = Some(value);
                 }
             }
