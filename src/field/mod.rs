@@ -4,8 +4,8 @@
 //! inside, and gives values and gradients on the CPU over slices of points, on the GPU as WGSL
 //! text, or both. [`named`] has the fields with a name, [`user`] the WGSL functions of users.
 
+pub mod functions;
 pub mod named;
-pub mod turns;
 pub mod user;
 
 use std::fmt;
@@ -44,8 +44,8 @@ impl Points<'_> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wgsl {
     /// Defines `fn density(p: vec3<f32>) -> f32`, and `fn density_gradient(p: vec3<f32>) -> vec3<f32>`
-    /// if `has_gradient`. May read `field_parameters[i]` (`vec4<f32>`, i < 16), and call `sin_turns` and
-    /// `cos_turns`.
+    /// if `has_gradient`. May read `field_parameters[i]` (`vec4<f32>`, i < 16), and call what
+    /// [`functions`] has (there `sin_turns` and `cos_turns`, the others as `iso_exp` and so on).
     pub source: String,
     /// Whether the source has its own gradient; else central differences are taken.
     pub has_gradient: bool,

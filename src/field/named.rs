@@ -2,7 +2,7 @@
 //! parameters, its WGSL and the same arithmetic in Rust, side by side and in the same order, so that
 //! both give the same bits where the GPU does not contract.
 
-use super::turns::{cos_turns, sin_turns};
+use super::functions::{cos_turns, sin_turns};
 use super::{Field, NoForm, Points, Sense, Wgsl};
 use multiversion::multiversion;
 
