@@ -3,6 +3,8 @@
 mod common;
 #[path = "functions/elementary.rs"]
 mod elementary;
+#[path = "functions/noise.rs"]
+mod noise;
 
 use bytemuck::Pod;
 use isoforge::gpu::kernel::{Bindings, Kernel, binding as b};

@@ -6,6 +6,7 @@
 
 pub mod functions;
 pub mod named;
+pub mod noise;
 pub mod user;
 
 use std::fmt;

@@ -13,6 +13,8 @@ pub(crate) const HEADER: &str = include_str!("../../shaders/shared/header.wgsl")
 const ROW: &str = include_str!("../../shaders/shared/row.wgsl");
 /// Elementary functions that fields may call; twin of [`crate::field::functions`].
 pub const FUNCTIONS: &str = include_str!("../../shaders/shared/functions.wgsl");
+/// Gradient noise, to be linked where a field calls it; twin of [`crate::field::noise`].
+pub const NOISE: &str = include_str!("../../shaders/shared/noise.wgsl");
 const VOLUME: &str = include_str!("../../shaders/source/volume.wgsl");
 const BRICKS: &str = include_str!("../../shaders/source/bricks.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
