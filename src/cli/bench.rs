@@ -8,6 +8,7 @@ use crate::volume::{self, OpenOptions};
 
 /// Measures every stage and the whole, and prints a table or JSON.
 pub fn run(args: &BenchArgs) -> Result<(), Failure> {
+    args.json.as_deref().map_or(Ok(()), super::check_text_target)?;
     let memory_budget = backend::memory_budget(None);
     let opened = match (&args.volume, args.iso) {
         (Some(path), Some(iso)) => {

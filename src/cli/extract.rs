@@ -142,16 +142,7 @@ fn check_targets(args: &ExtractArgs) -> Result<(), Failure> {
             return Err(Failure::usage("two outputs have the same file name: name another"));
         }
     }
-    if let Some(path) = args.stats.as_deref().filter(|p| *p != Path::new("-")) {
-        crate::atomic::temporary_beside(path).map_err(|e| {
-            let folder = crate::atomic::folder_of(path).display();
-            Failure::run(format!(
-                "--stats {}: no file can be made in {folder}: {e}; name another folder",
-                path.display()
-            ))
-        })?;
-    }
-    Ok(())
+    args.stats.as_deref().map_or(Ok(()), super::check_text_target)
 }
 
 fn extract(

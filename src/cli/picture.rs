@@ -27,12 +27,12 @@ pub fn draw_gpu(gpu: &Gpu, mesh: &GpuMesh, args: &PictureArgs, path: &Path) -> R
     let camera = Camera::fit(bounds, &view(args)).map_err(Failure::run)?;
     let renderer = Renderer::new(gpu).map_err(Failure::run)?;
     let image = renderer.render(mesh, &camera, &style(args)).map_err(Failure::run)?;
-    render::save_png(&image, path).map_err(Failure::run)
+    render::save_png(image, path).map_err(Failure::run)
 }
 
 /// Draws a mesh by the software rasteriser.
 pub fn draw_cpu(mesh: &Mesh, args: &PictureArgs, path: &Path) -> Result<(), Failure> {
     let camera = Camera::fit(mesh.bounds(), &view(args)).map_err(Failure::run)?;
     let image = render::render_software(mesh, &camera, &style(args)).map_err(Failure::run)?;
-    render::save_png(&image, path).map_err(Failure::run)
+    render::save_png(image, path).map_err(Failure::run)
 }

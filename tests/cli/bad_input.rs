@@ -125,9 +125,24 @@ fn user_functions() {
 
 #[test]
 fn targets() {
-    refused(&["extract", "sphere", "-n", "8", "-o", "no/such/a.ply"], 1, &["no/such"]);
-    refused(&["extract", "sphere", "-n", "8", "--png", "no/such/a.png"], 1, &["no/such"]);
-    refused(&["extract", "sphere", "-n", "8", "--stats", "no/such/a.json"], 1, &["no/such"]);
+    // One wording for all, and no folder is found missing, or in the way, after the work.
+    for option in ["-o", "--png", "--stats"] {
+        let name = option.replace("-o", "a.ply").replace("--png", "a.png").replace("--stats", "a.json");
+        let missing = format!("no/such/{name}");
+        let words = ["there is no folder no/such; create it"];
+        refused(&["extract", "sphere", "-n", "8", option, &missing], 1, &words);
+        let here = folder();
+        std::fs::create_dir(here.path().join(&name)).expect("a folder");
+        let also = if option == "-o" { ["--png", "b.png"] } else { ["-o", "b.ply"] };
+        let run = isoforge(here.path(), &["extract", "sphere", "-n", "8", also[0], also[1], option, &name]);
+        assert!(
+            run.code == Some(1) && run.err.contains("a folder of that name is in the way"),
+            "{}",
+            run.err
+        );
+        assert_eq!(files(here.path()), [name]);
+    }
+    refused(&["bench", "-n", "8", "--json", "no/such/a.json"], 1, &["there is no folder no/such"]);
     refused_with(&[("plain", b"x")], &["extract", "sphere", "-n", "8", "-o", "plain/a.ply"], 1, &["plain"]);
 }
 
