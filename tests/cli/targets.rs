@@ -1,7 +1,7 @@
 //! Where outputs go: links are followed, pipes and devices stay what they are.
 #![cfg(unix)]
 
-use super::program::{done, files, folder, isoforge};
+use super::program::{cpu_alone, done, files, folder, isoforge};
 use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::Path;
 
@@ -73,4 +73,35 @@ fn links_are_followed() {
         assert!(here.path().join(name).is_symlink(), "{name}");
         assert!(std::fs::metadata(here.path().join("sub").join(name)).expect("its target").len() > 3);
     }
+}
+
+/// The time limit is for the GPU's work: here the picture waits longer for its reader.
+#[test]
+fn a_slow_reader_is_not_the_gpus_fault() {
+    if cpu_alone() {
+        return;
+    }
+    let here = folder();
+    let pipe = here.path().join("a.png");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo").success());
+    let reader = std::thread::spawn(move || {
+        std::thread::sleep(std::time::Duration::from_secs(9));
+        std::fs::read(pipe).expect("what was written")
+    });
+    let args = [
+        "extract",
+        "sphere",
+        "-n",
+        "8",
+        "--backend",
+        "gpu",
+        "--size",
+        "20x20",
+        "--time-limit",
+        "7",
+        "--png",
+        "a.png",
+    ];
+    done(here.path(), &args);
+    assert!(reader.join().expect("the reader").starts_with(b"\x89PNG"));
 }
