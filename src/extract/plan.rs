@@ -337,7 +337,9 @@ mod tests {
                         "{cells:?}, {budget}: {plan:?}"
                     );
                     let settings = u64::from(plan.batches) * (24 + 2 * size_of::<Params>() as u64);
-                    let scratch = u64::from(plan.bricks) * SCRATCH_BYTES;
+                    let bricks = u64::from(plan.bricks);
+                    let slabs = plan.slab_count() as u64 * SLAB_BYTES;
+                    let scratch = bricks * SCRATCH_BYTES + bricks / 8 + slabs + 4096;
                     assert!(plan.bytes >= plan.source_bytes + scratch + settings, "{plan:?}");
                 }
             }
