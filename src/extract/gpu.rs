@@ -44,7 +44,7 @@ pub struct Extraction {
 
 /// How a run ended.
 enum Run {
-    Done(Extraction),
+    Done(Box<Extraction>),
     /// What there is to do does not fit beside the mesh: bytes of the mesh, and of reading it back.
     Short {
         mesh: u64,
@@ -239,7 +239,7 @@ impl Extractor {
                     if let Some(upload) = upload {
                         *extraction.report.seconds[at::UPLOAD].get_or_insert(0.0) += upload;
                     }
-                    return Ok(extraction);
+                    return Ok(*extraction);
                 }
             }
         }
@@ -260,7 +260,7 @@ impl Extractor {
         progress: &dyn Fn(f64),
     ) -> Result<Extraction, ExtractError> {
         match self.run(space, source, options, false, progress)? {
-            Run::Done(extraction) => Ok(extraction),
+            Run::Done(extraction) => Ok(*extraction),
             Run::Short { mesh, .. } => {
                 let (needed, budget) = (space.plan.bytes + mesh, options.memory_budget);
                 Err(ExtractError::Budget { what: "the mesh with the scratch", needed, budget })
@@ -375,7 +375,7 @@ impl Extractor {
             peak_bytes,
             seconds,
         };
-        Ok(Run::Done(Extraction { mesh, report }))
+        Ok(Run::Done(Box::new(Extraction { mesh, report })))
     }
 
     /// The lowest and highest finite value of `source`: of all samples of a volume, of a coarse grid's for
