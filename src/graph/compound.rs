@@ -1,7 +1,7 @@
 //! Functions that are combinations of operations, for the front ends.
 
 use super::Expr;
-use std::f64::consts::TAU;
+use std::f64::consts::{LN_2, LOG2_E, LOG10_E};
 
 /// Smallest whole number not below.
 pub fn ceil(a: &Expr) -> Expr {
@@ -53,12 +53,57 @@ pub fn length(a: &[Expr]) -> Expr {
     dot(a, a).sqrt()
 }
 
-/// Sine of an angle in radians.
-pub fn sin(a: &Expr) -> Expr {
-    (a * (1.0 / TAU)).sin_turns()
+/// A power: by products where the exponent is known and whole, by a root where it is a half.
+pub fn power(a: &Expr, b: &Expr, known: Option<f64>) -> Expr {
+    match known {
+        Some(n) if n.fract() == 0.0 && n.abs() < f64::from(i32::MAX) => a.powi(n as i32),
+        Some(0.5) => a.sqrt(),
+        _ => a.pow(b),
+    }
 }
 
-/// Cosine of an angle in radians.
-pub fn cos(a: &Expr) -> Expr {
-    (a * (1.0 / TAU)).cos_turns()
+/// Tangent of an angle in radians.
+pub fn tan(a: &Expr) -> Expr {
+    a.sin() / a.cos()
+}
+
+/// 2 to the power of `a`.
+pub fn exp2(a: &Expr) -> Expr {
+    (a * LN_2).exp()
+}
+
+/// Logarithm to the base 2.
+pub fn log2(a: &Expr) -> Expr {
+    a.ln() * LOG2_E
+}
+
+/// Logarithm to the base 10.
+pub fn log10(a: &Expr) -> Expr {
+    a.ln() * LOG10_E
+}
+
+/// Hyperbolic sine.
+pub fn sinh(a: &Expr) -> Expr {
+    (a.exp() - (-a).exp()) * 0.5
+}
+
+/// Hyperbolic cosine.
+pub fn cosh(a: &Expr) -> Expr {
+    (a.exp() + (-a).exp()) * 0.5
+}
+
+/// Inverse hyperbolic sine.
+pub fn asinh(a: &Expr) -> Expr {
+    // Of the magnitude: the sum would cancel for negative numbers.
+    a.sign() * (a.abs() + (a.square() + 1.0).sqrt()).ln()
+}
+
+/// Inverse hyperbolic cosine.
+pub fn acosh(a: &Expr) -> Expr {
+    (a + (a.square() - 1.0).sqrt()).ln()
+}
+
+/// Inverse hyperbolic tangent.
+pub fn atanh(a: &Expr) -> Expr {
+    ((1.0 + a) / (1.0 - a)).ln() * 0.5
 }

@@ -14,6 +14,7 @@ pub mod from_wgsl;
 pub mod interval;
 pub mod leaf;
 pub mod lower;
+mod noise;
 pub mod ops;
 pub mod tape;
 pub mod wgsl;

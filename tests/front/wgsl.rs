@@ -177,6 +177,22 @@ fn cases() -> Vec<Case> {
             },
         ),
         case(
+            "exponentials and angles",
+            density(
+                "let u = 0.4 * p; let q = abs(p) + 1.0;
+                return exp(u.x) + exp2(u.y) + log(q.x) + log2(q.y) + pow(q.z, 1.7) + pow(q.x, u.y) + pow(q.y, 3.0) + tan(u.z) + asin(u.x)
+                    + acos(u.y) + atan(p.z) + atan2(p.y, p.x) + sinh(p.x) + cosh(p.y) + tanh(p.z) + asinh(p.x) + acosh(q.y) + atanh(u.z)
+                    + exp(1.0) * pow(2.0, 0.5);",
+            ),
+            |[x, y, z]| {
+                let [a, b, c] = [0.4 * x, 0.4 * y, 0.4 * z];
+                let [q, r, s] = [x, y, z].map(|v| v.abs() + 1.0);
+                a.exp() + b.exp2() + q.ln() + r.log2() + s.powf(1.7) + q.powf(b) + r.powi(3) + c.tan() + a.asin()
+                    + b.acos() + z.atan() + y.atan2(x) + x.sinh() + y.cosh() + z.tanh() + x.asinh() + r.acosh() + c.atanh()
+                    + 1f64.exp() * 2f64.sqrt()
+            },
+        ),
+        case(
             "functions of vectors",
             density(
                 "let n = normalize(p + vec3(0.0, 0.0, 5.0));

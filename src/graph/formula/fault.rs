@@ -108,9 +108,6 @@ pub enum Fault {
         /// Its value.
         value: f64,
     },
-    /// A power that there is no operation for.
-    #[error("the exponent must be a constant whole number, or half of one")]
-    Exponent,
     /// A parameter that is NaN or infinite.
     #[error("the parameter `{name}` is {value}: give a finite number")]
     Parameter {

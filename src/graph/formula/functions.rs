@@ -44,8 +44,21 @@ functions! {
     "if" 3..=3, |a| a[0].select(&a[1], &a[2]);
     "length" 1..=ANY, compound::length;
     "hypot" 2..=ANY, compound::length;
-    "sin" 1..=1, |a| compound::sin(&a[0]);
-    "cos" 1..=1, |a| compound::cos(&a[0]);
+    "sin" 1..=1, |a| a[0].sin();
+    "cos" 1..=1, |a| a[0].cos();
+    "tan" 1..=1, |a| compound::tan(&a[0]);
+    "asin" 1..=1, |a| a[0].asin();
+    "acos" 1..=1, |a| a[0].acos();
+    "atan" 1..=1, |a| a[0].atan();
+    "atan2" 2..=2, |a| a[0].atan2(&a[1]);
+    "exp" 1..=1, |a| a[0].exp();
+    "ln" 1..=1, |a| a[0].ln();
+    "log2" 1..=1, |a| compound::log2(&a[0]);
+    "log10" 1..=1, |a| compound::log10(&a[0]);
+    "pow" 2..=2, |a| a[0].pow(&a[1]);
+    "sinh" 1..=1, |a| compound::sinh(&a[0]);
+    "cosh" 1..=1, |a| compound::cosh(&a[0]);
+    "tanh" 1..=1, |a| a[0].tanh();
 }
 
 /// Numbers with a name.

@@ -9,16 +9,17 @@
 //! | parts | `abs sign floor ceil round trunc fract mod(a, b) min max clamp(x, low, high)`; `round` takes ties to even |
 //! | choices | `select(c, a, b)` or `if(c, a, b)`: a where c is not 0; `step(edge, x) smoothstep(low, high, x) mix(a, b, t)` |
 //! | roots and lengths | `square sqrt length hypot` |
-//! | angles in radians | `sin cos` |
+//! | angles in radians | `sin cos tan asin acos atan atan2(y, x)` |
+//! | exponentials | `exp ln log2 log10 pow(a, b) sinh cosh tanh` |
 //!
-//! A whole constant exponent is a product, 0.5 a square root. Line breaks are spaces. Operators wait on a
+//! A whole constant exponent is a product, 0.5 a square root; other powers of negative numbers are NaN. Line breaks are spaces. Operators wait on a
 //! list, not on the stack, so that no text is too deep.
 
 mod fault;
 mod functions;
 mod lexer;
 
-use super::{Expr, x, y, z};
+use super::{Expr, compound, x, y, z};
 use crate::excerpt::{Excerpt, excerpt};
 pub use fault::{Fault, FormulaError};
 use fault::{closest, short};
@@ -302,21 +303,11 @@ fn apply(operator: Operator, a: Value, b: Value) -> Result<Value, Fault> {
         Operator::Sub => a - b,
         Operator::Mul => a * b,
         Operator::Div => a / b,
-        Operator::Power => power(&a, exponent)?,
+        Operator::Power => compound::power(&a, &b, exponent),
         Operator::Less => a.less(b),
         Operator::LessEqual => a.less_equal(b),
         Operator::Greater => b.less(a),
         Operator::GreaterEqual => b.less_equal(a),
     };
     Ok(Value { expr, constant: None })
-}
-
-/// A power, by products and at most one square root.
-fn power(a: &Expr, exponent: Option<f64>) -> Result<Expr, Fault> {
-    let whole = |n: f64| (n.fract() == 0.0 && n.abs() < f64::from(i32::MAX)).then_some(n as i32);
-    match exponent.map(|n| (whole(n), whole(n * 2.0))) {
-        Some((Some(n), _)) => Ok(a.powi(n)),
-        Some((None, Some(twice))) => Ok(a.sqrt().powi(twice)),
-        _ => Err(Fault::Exponent),
-    }
 }

@@ -180,6 +180,10 @@ fn of_scalars(fun: Fun, arguments: &[&Scalar]) -> Found<Scalar> {
         let by = exponent.value().filter(|e| e.abs() < 127).ok_or_else(|| no_form(fun))?;
         return Ok(Scalar::Float(Float::unknown(at(0) * 2f64.powi(by as i32))));
     }
+    if let (Fun::Pow, Some(Scalar::Float(exponent))) = (fun, arguments.get(1)) {
+        let power = compound::power(&at(0), &at(1), exponent.known.map(f64::from));
+        return Ok(Scalar::Float(Float::unknown(power)));
+    }
     of_floats(fun, &[at(0), at(1), at(2)]).map(|expr| Scalar::Float(Float::unknown(expr)))
 }
 
@@ -204,8 +208,23 @@ fn of_floats(fun: Fun, [a, b, c]: &[Expr; 3]) -> Found<Expr> {
         Fun::InverseSqrt => 1.0 / a.sqrt(),
         Fun::Radians => a * 1f64.to_radians(),
         Fun::Degrees => a * 1f64.to_degrees(),
-        Fun::Sin => compound::sin(a),
-        Fun::Cos => compound::cos(a),
+        Fun::Sin => a.sin(),
+        Fun::Cos => a.cos(),
+        Fun::Tan => compound::tan(a),
+        Fun::Asin => a.asin(),
+        Fun::Acos => a.acos(),
+        Fun::Atan => a.atan(),
+        Fun::Atan2 => a.atan2(b),
+        Fun::Exp => a.exp(),
+        Fun::Exp2 => compound::exp2(a),
+        Fun::Log => a.ln(),
+        Fun::Log2 => compound::log2(a),
+        Fun::Sinh => compound::sinh(a),
+        Fun::Cosh => compound::cosh(a),
+        Fun::Tanh => a.tanh(),
+        Fun::Asinh => compound::asinh(a),
+        Fun::Acosh => compound::acosh(a),
+        Fun::Atanh => compound::atanh(a),
         _ => return Err(no_form(fun)),
     })
 }
