@@ -329,10 +329,11 @@ fn gradient_of(
                 Ok(dual) => term(slopes[i], dual[k][i]),
                 Err(_) => 0.0,
             };
-            registers[to][0] = value;
-            for k in 1..4 {
-                for i in 0..LANES {
-                    registers[to][k][i] =
+            let out = &mut registers[to];
+            out[0] = value;
+            for (k, out) in out.iter_mut().enumerate().skip(1) {
+                for (i, out) in out.iter_mut().enumerate() {
+                    *out =
                         (part(&by_x, &at[0], k, i) + part(&by_y, &at[1], k, i)) + part(&by_z, &at[2], k, i);
                 }
             }
