@@ -36,11 +36,12 @@ pub enum Command {
 /// What is meshed, and where.
 #[derive(Debug, Args)]
 pub struct SourceArgs {
-    /// A field's name (see `isoforge fields`), a .wgsl file with `fn density(p: vec3<f32>) -> f32`,
+    /// A field's name (see `isoforge fields`), a formula like 'sqrt(x^2 + y^2 + z^2) - r',
+    /// a .wgsl file with `fn density(p: vec3<f32>) -> f32`,
     /// or a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr .raw .bin
     pub source: String,
 
-    /// The iso value, in the units of the samples [default: the field's own; volumes need it]
+    /// The iso value, in the units of the samples [default: the field's own, or 0; volumes need it]
     #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
     pub iso: Option<f32>,
 
@@ -56,7 +57,7 @@ pub struct SourceArgs {
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = bounds, allow_hyphen_values = true)]
     pub bounds: Option<[Vec3; 2]>,
 
-    /// A field's parameter, as in `--param R=0.8`; may be repeated
+    /// A named field's or a formula's parameter, as in `--param R=0.8`; may be repeated
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parameter)]
     pub parameters: Vec<(String, f64)>,
 

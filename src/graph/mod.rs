@@ -5,9 +5,12 @@
 //! exact gradients and bounds, on the CPU ([`eval`], [`interval`]) and as WGSL ([`wgsl`]). Every operation
 //! is defined in one place, [`ops`]. Parameters lie in a buffer: changing one compiles nothing.
 
+mod compound;
 pub mod eval;
 mod expr;
 mod field;
+pub mod formula;
+pub mod from_wgsl;
 pub mod interval;
 pub mod leaf;
 pub mod lower;
