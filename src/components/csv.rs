@@ -2,7 +2,7 @@
 //! at a time. So a stray quotation mark cannot swallow the rest of the file, and rows are the file's
 //! lines, comments and empty ones counted.
 
-use super::source::{Growing, LONGEST_LINE, Lines, Place, Source, text};
+use super::source::{Growing, Lines, Place, Source, text};
 use super::{Component, Loaded, OpenError, OpenOptions};
 use csv_core::{ReadRecordResult, Reader, ReaderBuilder};
 use std::borrow::Cow;
@@ -76,11 +76,15 @@ struct Fields {
 impl Fields {
     fn new(separator: u8) -> Self {
         let parser = ReaderBuilder::new().delimiter(separator).build();
-        // A line has no more fields than bytes, and one.
-        Self { parser, bytes: vec![0; LONGEST_LINE + 1], ends: vec![0; LONGEST_LINE + 2], count: 0 }
+        Self { parser, bytes: Vec::new(), ends: Vec::new(), count: 0 }
     }
 
     fn split(&mut self, place: Place, line: &[u8]) -> Result<(), OpenError> {
+        // A line has no more fields than bytes, and one.
+        if self.ends.len() < line.len() + 2 {
+            self.bytes.resize(line.len() + 1, 0);
+            self.ends.resize(line.len() + 2, 0);
+        }
         self.parser.reset();
         let (_, _, bytes, ends) = self.parser.read_record(line, &mut self.bytes, &mut self.ends);
         let (rest, more) = (&mut self.bytes[bytes..], &mut self.ends[ends..]);

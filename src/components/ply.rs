@@ -18,7 +18,8 @@ pub(super) fn read(source: Source, options: &OpenOptions) -> Result<Loaded, Open
     let mut reader = Reader::new(stream.take(LONGEST_HEADER));
     let header =
         Parser::<Point>::new().read_header(&mut reader).map_err(|error| fault(path, &error, REMEDY))?;
-    let passed = reader.line() as u64;
+    // The reader counts the line that it would read next.
+    let passed = (reader.line() as u64).saturating_sub(1);
     let source = Source { path, stream: reader.into_inner().into_inner() };
 
     let elements: Vec<&ElementDef> = header.elements.values().collect();

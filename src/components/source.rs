@@ -9,7 +9,7 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
 /// Bytes of the longest line: no row needs more, and a file without line ends must not fill the memory.
-pub(super) const LONGEST_LINE: usize = 1 << 16;
+const LONGEST_LINE: usize = 1 << 16;
 
 /// A file's bytes, unpacked.
 pub(super) struct Source<'a> {
