@@ -43,7 +43,7 @@ pub(super) fn read(source: Source, options: &OpenOptions) -> Result<Loaded, Open
 fn content<'l>(lines: &'l mut Lines) -> Result<Option<(Place<'l>, &'l [u8])>, OpenError> {
     loop {
         let Some((_, line)) = lines.next()? else { return Ok(None) };
-        if !uncommented(line).is_empty() {
+        if !uncommented(line).trim_ascii().is_empty() {
             lines.unread();
             let line = lines.next()?;
             return Ok(line.map(|(place, line)| (place, uncommented(line))));
@@ -51,13 +51,13 @@ fn content<'l>(lines: &'l mut Lines) -> Result<Option<(Place<'l>, &'l [u8])>, Op
     }
 }
 
-/// The line without its comment. Within quotes `#` may be part of a name.
+/// The line without its comment. Within quotes `#` may be part of a name. Blanks stay: a tab at either
+/// end parts off an empty field.
 fn uncommented(line: &[u8]) -> &[u8] {
-    let line = line.trim_ascii();
-    if line.contains(&b'"') && !line.starts_with(b"#") {
+    if line.contains(&b'"') && !line.trim_ascii_start().starts_with(b"#") {
         return line;
     }
-    line.split(|&byte| byte == b'#').next().unwrap_or_default().trim_ascii_end()
+    line.split(|&byte| byte == b'#').next().unwrap_or_default()
 }
 
 /// Tabs and semicolons before commas, which may stand for the decimal point.

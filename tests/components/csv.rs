@@ -33,6 +33,10 @@ fn defaults_are_noted() {
     let notes =
         ["1 other columns are not used: id", "there is no column radius: every component has radius 0.25"];
     assert_eq!(loaded.notes, notes);
+    // An index column without a name, as data frames write it, at either end.
+    for table in ["\tx\ty\tz\n0\t1\t2\t3\n", "x\ty\tz\t\n1\t2\t3\t\n"] {
+        assert_eq!(folder.open("csv", table).unwrap().components, [blob(1.0, 2.0, 3.0, RADIUS, 1.0)]);
+    }
     assert_eq!(folder.open("csv", "1,2,3").unwrap().components, [blob(1.0, 2.0, 3.0, RADIUS, 1.0)]);
     for radius in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         let options = OpenOptions { radius, max_bytes: None };
