@@ -1,7 +1,9 @@
-//! What the first argument names: a field, a WGSL file, or a volume.
+//! What the first argument names: a field, a WGSL file, a volume, or points.
 
 use super::Failure;
 use super::args::{RawArgs, SourceArgs};
+use super::blobs::load_components;
+use crate::components;
 use crate::extract::{Options, Source};
 use crate::field::named::Named;
 use crate::field::user::UserField;
@@ -12,7 +14,7 @@ use glam::Vec3;
 use std::path::Path;
 
 /// Cells an axis unless the user says.
-const CELLS: u32 = 128;
+pub(super) const CELLS: u32 = 128;
 /// Half the edge of the cube unless the user or the field says.
 const HALF_EDGE: f32 = 1.5;
 
@@ -59,6 +61,12 @@ pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<(Loa
             args.source
         )));
     }
+    if components::is_component_ending(path) {
+        return load_components(args, path, memory_budget);
+    }
+    if let Some(flag) = args.blobs.given() {
+        return Err(Failure::usage(format!("{flag} is for points: {}", components::ENDINGS.join(" "))));
+    }
     let ending = path.extension().map(|e| e.to_ascii_lowercase());
     if ending.as_deref().is_some_and(|e| e == "wgsl") {
         return load_wgsl(args, path);
@@ -69,9 +77,10 @@ pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<(Loa
     if ending.is_some() || args.source.contains(['/', '\\']) || path.exists() {
         return Err(Failure::usage(format!(
             "{}: this ending is none that is read; a source is a field's name (see `isoforge fields`), a .wgsl file, \
-             or a volume ({})",
+             a volume ({}), or points ({})",
             args.source,
-            volume::ENDINGS.join(" ")
+            volume::ENDINGS.join(" "),
+            components::ENDINGS.join(" ")
         )));
     }
     load_named(args)
@@ -79,7 +88,11 @@ pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<(Loa
 
 fn load_named(args: &SourceArgs) -> Result<(Loaded, Vec<String>), Failure> {
     let mut field = Named::new(&args.source).map_err(|e| {
-        Failure::usage(format!("{e}; a file needs one of the endings .wgsl {}", volume::ENDINGS.join(" ")))
+        Failure::usage(format!(
+            "{e}; a file needs one of the endings .wgsl {} {}",
+            volume::ENDINGS.join(" "),
+            components::ENDINGS.join(" ")
+        ))
     })?;
     for (name, value) in &args.parameters {
         field = field.with(name, *value).map_err(Failure::usage)?;
