@@ -3,7 +3,7 @@
 //! No operation fuses a product and a sum, and the order of operations is that of the WGSL, so that both
 //! give the same bits where the GPU does not contract.
 
-use super::leaf::{DualSlices, Leaf};
+use super::leaf::{DualSlices, Leaf, gradients_alone};
 use super::ops::{VisitBinary, VisitUnary};
 use super::tape::{Code, Instruction, Op, Operand};
 use crate::field::Points;
@@ -71,6 +71,10 @@ pub fn values(
     registers: &mut Vec<Lanes>,
     out: &mut [f32],
 ) {
+    // A leaf alone gets all points at once.
+    if let Some(leaf) = code.only_leaf() {
+        return leaf.values(points, out);
+    }
     if registers.len() < code.registers {
         registers.resize(code.registers, [0.0; LANES]);
     }
@@ -172,6 +176,9 @@ pub fn gradients(
     registers: &mut Vec<Dual>,
     out: &mut [[f32; 3]],
 ) {
+    if let Some(leaf) = code.only_leaf() {
+        return gradients_alone(&**leaf, points, out);
+    }
     if registers.len() < code.registers {
         registers.resize(code.registers, [[0.0; LANES]; 4]);
     }

@@ -6,15 +6,15 @@ use super::{Blobs, Few, Stored};
 use crate::field::Points;
 use crate::graph::leaf::DualSlices;
 use multiversion::multiversion;
+use std::cell::RefCell;
+use std::ops::Range;
 
 /// Points that are looked at together.
 const CHUNK: usize = 64;
 /// Points whose sums are kept in registers.
 const LANES: usize = 16;
-/// Components that are gathered before they are summed.
-const BATCH: usize = 256;
 /// Cells above which points are looked at apart.
-const MOST_CELLS: u32 = 512;
+const MOST_CELLS: u64 = 1000;
 
 /// Where the components come from.
 #[derive(Clone, Copy)]
@@ -29,21 +29,21 @@ impl Blobs {
     }
 
     pub(super) fn sum_values(&self, at: Points<'_>, out: &mut [f32]) {
-        values(self.kernel, self.from(), at, out);
+        LISTS.with_borrow_mut(|lists| values(self.kernel, self.from(), at, lists, out));
     }
 
     pub(super) fn sum_gradients(&self, at: Points<'_>, out: DualSlices<'_>) {
-        gradients(self.kernel, self.from(), at, out);
+        LISTS.with_borrow_mut(|lists| gradients(self.kernel, self.from(), at, lists, out));
     }
 }
 
 impl Few {
     pub(super) fn sum_values(&self, at: Points<'_>, out: &mut [f32]) {
-        values(self.kernel, From::List(&self.components), at, out);
+        LISTS.with_borrow_mut(|lists| values(self.kernel, From::List(&self.components), at, lists, out));
     }
 
     pub(super) fn sum_gradients(&self, at: Points<'_>, out: DualSlices<'_>) {
-        gradients(self.kernel, From::List(&self.components), at, out);
+        LISTS.with_borrow_mut(|lists| gradients(self.kernel, From::List(&self.components), at, lists, out));
     }
 }
 
@@ -60,138 +60,143 @@ pub(super) fn nearest(component: &Stored, low: [f32; 3], high: [f32; 3], part: f
     ((dx * dx + dy * dy + dz * dz) * part) * component[3]
 }
 
-/// The points of a chunk, filled up with its last.
-struct Chunk {
-    at: [[f32; CHUNK]; 3],
-    count: usize,
-    low: [f32; 3],
-    high: [f32; 3],
-}
+type Corners = [[f32; 3]; 2];
 
-impl Chunk {
-    #[inline(always)]
-    fn new(points: Points<'_>, range: std::ops::Range<usize>) -> Self {
-        let count = range.len();
-        let mut chunk =
-            Self { at: [[0.0; CHUNK]; 3], count, low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
-        for (k, axis) in [points.x, points.y, points.z].into_iter().enumerate() {
-            let axis = &axis[range.clone()];
-            chunk.at[k][..count].copy_from_slice(axis);
-            chunk.at[k][count..].fill(axis.last().copied().unwrap_or(0.0));
-            let mut lows = [f32::INFINITY; LANES];
-            let mut highs = [f32::NEG_INFINITY; LANES];
-            for lanes in chunk.at[k].chunks_exact(LANES) {
-                for i in 0..LANES {
-                    // NaN, which nothing reaches, is passed over.
-                    lows[i] = if lanes[i] < lows[i] { lanes[i] } else { lows[i] };
-                    highs[i] = if lanes[i] > highs[i] { lanes[i] } else { highs[i] };
-                }
-            }
-            chunk.low[k] = lows.iter().fold(f32::INFINITY, |a, &b| if b < a { b } else { a });
-            chunk.high[k] = highs.iter().fold(f32::NEG_INFINITY, |a, &b| if b > a { b } else { a });
-        }
-        chunk
-    }
-
-    /// Whether the points lie so far apart that they are better looked at in two parts.
-    #[inline(always)]
-    fn is_wide(&self, from: From<'_>) -> bool {
-        let From::Grids(grids, _) = from else { return false };
-        self.count > 1
-            && grids.iter().any(|grid| {
-                grid.cells(self.low, self.high).is_some_and(|[first, last]| {
-                    let sides = [0, 1, 2].map(|k| last[k] - first[k] + 1);
-                    // No product of three passes 64 bits.
-                    sides.iter().map(|&n| u64::from(n)).product::<u64>() > u64::from(MOST_CELLS)
-                })
-            })
-    }
-
-    /// Hands on the components that reach the points' box, in order, some at a time.
-    #[inline(always)]
-    fn gather(&self, from: From<'_>, mut take: impl FnMut(&[Stored])) {
-        let mut batch = [[0.0; 5]; BATCH];
-        let mut held = 0;
-        let mut look = |run: &[Stored]| {
-            for component in run {
-                batch[held] = *component;
-                held += usize::from(nearest(component, self.low, self.high, 1.0) < 1.0);
-                if held == BATCH {
-                    take(&batch);
-                    held = 0;
-                }
-            }
-        };
-        match from {
-            From::List(components) => look(components),
-            From::Grids(grids, components) => {
-                for grid in grids {
-                    if let Some(cells) = grid.cells(self.low, self.high) {
-                        grid.runs(cells).for_each(|run| look(&components[run]));
-                    }
-                }
-            }
-        }
-        take(&batch[..held]);
-    }
-}
-
-/// Parts of all points that lie close enough together.
+/// The box around the points; NaN, which nothing reaches, is passed over.
 #[inline(always)]
-fn each_chunk(from: From<'_>, points: Points<'_>, mut take: impl FnMut(Chunk, std::ops::Range<usize>)) {
-    for first in (0..points.x.len()).step_by(CHUNK) {
-        // Halves of halves: as many as it takes to single points.
-        let mut open = [0..0, 0..0, 0..0, 0..0, 0..0, 0..0, 0..0, 0..0];
-        open[0] = first..(first + CHUNK).min(points.x.len());
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let range = open[depth].clone();
-            let chunk = Chunk::new(points, range.clone());
-            if chunk.is_wide(from) {
-                let middle = range.start + range.len() / 2;
-                open[depth] = middle..range.end;
-                open[depth + 1] = range.start..middle;
-                depth += 2;
-            } else {
-                take(chunk, range);
+fn corners(points: Points<'_>, range: &Range<usize>) -> Corners {
+    let mut corners = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+    for (k, axis) in [points.x, points.y, points.z].into_iter().enumerate() {
+        let mut lows = [f32::INFINITY; 8];
+        let mut highs = [f32::NEG_INFINITY; 8];
+        let (eights, rest) = axis[range.clone()].as_chunks::<8>();
+        for lanes in eights {
+            for i in 0..8 {
+                lows[i] = if lanes[i] < lows[i] { lanes[i] } else { lows[i] };
+                highs[i] = if lanes[i] > highs[i] { lanes[i] } else { highs[i] };
             }
+        }
+        corners[0][k] = lows.iter().chain(rest).fold(f32::INFINITY, |a, &b| if b < a { b } else { a });
+        corners[1][k] = highs.iter().chain(rest).fold(f32::NEG_INFINITY, |a, &b| if b > a { b } else { a });
+    }
+    corners
+}
+
+/// Whether points in the box lie so far apart that they are better looked at in two parts.
+#[inline(always)]
+fn is_wide(from: From<'_>, [low, high]: Corners) -> bool {
+    let From::Grids(grids, _) = from else { return false };
+    grids.iter().any(|grid| {
+        grid.cells(low, high).is_some_and(|[first, last]| {
+            // No product of three passes 64 bits.
+            let sides = [0, 1, 2].map(|k| u64::from(last[k] - first[k] + 1));
+            sides.iter().product::<u64>() > MOST_CELLS
+        })
+    })
+}
+
+/// Puts the components that reach the box into `into`, in order.
+#[inline(always)]
+fn gather(from: From<'_>, [low, high]: Corners, into: &mut Vec<Stored>) {
+    into.clear();
+    let mut look = |run: &[Stored]| {
+        // Room for all, then only those that reach it move the end: no branch is guessed wrongly.
+        let mut end = into.len();
+        into.resize(end + run.len(), [0.0; 5]);
+        for component in run {
+            into[end] = *component;
+            end += usize::from(nearest(component, low, high, 1.0) < 1.0);
+        }
+        into.truncate(end);
+    };
+    match from {
+        From::List(components) => look(components),
+        From::Grids(grids, components) => {
+            for grid in grids {
+                if let Some(cells) = grid.cells(low, high) {
+                    grid.runs(cells).for_each(|run| look(&components[run]));
+                }
+            }
+        }
+    }
+}
+
+/// Lists that are made anew for each group of points, and of those for each chunk.
+type Lists = [Vec<Stored>; 2];
+
+thread_local! {
+    static LISTS: RefCell<Lists> = const { RefCell::new([const { Vec::new() }; 2]) };
+}
+
+/// Hands on chunks of points, with the components that reach them.
+#[inline(always)]
+fn each_chunk(
+    from: From<'_>,
+    points: Points<'_>,
+    lists: &mut Lists,
+    mut take: impl FnMut(&[Stored], Range<usize>),
+) {
+    let [group_list, list] = lists;
+    let mut open = vec![0..points.x.len()];
+    while let Some(range) = open.pop() {
+        let around = corners(points, &range);
+        if range.len() > 1 && is_wide(from, around) {
+            let middle = range.start + range.len() / 2;
+            open.extend([middle..range.end, range.start..middle]);
+            continue;
+        }
+        gather(from, around, group_list);
+        if range.len() <= CHUNK {
+            take(group_list, range);
+            continue;
+        }
+        for start in range.clone().step_by(CHUNK) {
+            let chunk = start..(start + CHUNK).min(range.end);
+            gather(From::List(group_list), corners(points, &chunk), list);
+            take(list, chunk);
         }
     }
 }
 
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2"))]
-fn values(kernel: Kernel, from: From<'_>, at: Points<'_>, out: &mut [f32]) {
+fn values(kernel: Kernel, from: From<'_>, at: Points<'_>, lists: &mut Lists, out: &mut [f32]) {
     match kernel {
-        Kernel::SoftObject => values_of(SoftObject, from, at, out),
-        Kernel::Metaball => values_of(Metaball, from, at, out),
-        Kernel::Blobby { .. } => values_of(Blobby(kernel.falloff()), from, at, out),
-        Kernel::InverseSquare => values_of(InverseSquare, from, at, out),
+        Kernel::SoftObject => values_of(SoftObject, from, at, lists, out),
+        Kernel::Metaball => values_of(Metaball, from, at, lists, out),
+        Kernel::Blobby { .. } => values_of(Blobby(kernel.falloff()), from, at, lists, out),
+        Kernel::InverseSquare => values_of(InverseSquare, from, at, lists, out),
     }
 }
 
 #[inline(always)]
-fn values_of(profile: impl Profile, from: From<'_>, at: Points<'_>, out: &mut [f32]) {
-    each_chunk(from, at, |chunk, range| {
-        let mut sums = [0.0; CHUNK];
-        chunk.gather(from, |components| {
-            let [x, y, z] = &chunk.at;
-            for first in (0..chunk.count).step_by(LANES) {
-                let own = first..first + LANES;
-                add(profile, components, [&x[own.clone()], &y[own.clone()], &z[own.clone()]], &mut sums[own]);
-            }
-        });
-        out[range].copy_from_slice(&sums[..chunk.count]);
+fn values_of(profile: impl Profile, from: From<'_>, at: Points<'_>, lists: &mut Lists, out: &mut [f32]) {
+    each_chunk(from, at, lists, |components, chunk| {
+        for start in chunk.clone().step_by(LANES) {
+            let own = start..(start + LANES).min(chunk.end);
+            add(profile, components, lanes(at, &own), &mut out[own]);
+        }
     });
 }
 
+/// Coordinates of up to [`LANES`] points; what is left repeats the last.
 #[inline(always)]
-fn add(profile: impl Profile, components: &[Stored], at: [&[f32]; 3], sums: &mut [f32]) {
-    let mut lanes = [[0.0; LANES]; 4];
-    for (to, from) in lanes.iter_mut().zip([at[0], at[1], at[2], sums]) {
-        to.copy_from_slice(&from[..LANES]);
+fn lanes(at: Points<'_>, own: &Range<usize>) -> [[f32; LANES]; 3] {
+    let mut lanes = [[0.0; LANES]; 3];
+    for (to, axis) in lanes.iter_mut().zip([at.x, at.y, at.z]) {
+        let from = &axis[own.clone()];
+        if let Ok(full) = from.try_into() {
+            *to = full;
+        } else {
+            to.fill(from[from.len() - 1]);
+            to[..from.len()].copy_from_slice(from);
+        }
     }
-    let [x, y, z, mut sum] = lanes;
+    lanes
+}
+
+#[inline(always)]
+fn add(profile: impl Profile, components: &[Stored], at: [[f32; LANES]; 3], out: &mut [f32]) {
+    let ([x, y, z], mut sum) = (at, [0.0; LANES]);
     for &[cx, cy, cz, inverse_square, weight] in components {
         for i in 0..LANES {
             let (dx, dy, dz) = (x[i] - cx, y[i] - cy, z[i] - cz);
@@ -199,31 +204,35 @@ fn add(profile: impl Profile, components: &[Stored], at: [&[f32]; 3], sums: &mut
             sum[i] += weight * profile.value(q);
         }
     }
-    sums.copy_from_slice(&sum);
+    out.copy_from_slice(&sum[..out.len()]);
 }
 
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2"))]
-fn gradients(kernel: Kernel, from: From<'_>, at: Points<'_>, out: DualSlices<'_>) {
+fn gradients(kernel: Kernel, from: From<'_>, at: Points<'_>, lists: &mut Lists, out: DualSlices<'_>) {
     match kernel {
-        Kernel::SoftObject => gradients_of(SoftObject, from, at, out),
-        Kernel::Metaball => gradients_of(Metaball, from, at, out),
-        Kernel::Blobby { .. } => gradients_of(Blobby(kernel.falloff()), from, at, out),
-        Kernel::InverseSquare => gradients_of(InverseSquare, from, at, out),
+        Kernel::SoftObject => gradients_of(SoftObject, from, at, lists, out),
+        Kernel::Metaball => gradients_of(Metaball, from, at, lists, out),
+        Kernel::Blobby { .. } => gradients_of(Blobby(kernel.falloff()), from, at, lists, out),
+        Kernel::InverseSquare => gradients_of(InverseSquare, from, at, lists, out),
     }
 }
 
 #[inline(always)]
-fn gradients_of(profile: impl Profile, from: From<'_>, at: Points<'_>, out: DualSlices<'_>) {
+fn gradients_of(
+    profile: impl Profile,
+    from: From<'_>,
+    at: Points<'_>,
+    lists: &mut Lists,
+    out: DualSlices<'_>,
+) {
     let DualSlices { value, derivatives: [by_x, by_y, by_z] } = out;
-    each_chunk(from, at, |chunk, range| {
-        let mut sums = [[0.0; CHUNK]; 4];
-        chunk.gather(from, |components| {
-            for first in (0..chunk.count).step_by(LANES) {
-                add_gradients(profile, components, &chunk.at, first, &mut sums);
+    each_chunk(from, at, lists, |components, chunk| {
+        for start in chunk.clone().step_by(LANES) {
+            let own = start..(start + LANES).min(chunk.end);
+            let sums = add_gradients(profile, components, lanes(at, &own));
+            for (out, sum) in [&mut *value, &mut *by_x, &mut *by_y, &mut *by_z].into_iter().zip(&sums) {
+                out[own.clone()].copy_from_slice(&sum[..own.len()]);
             }
-        });
-        for (out, sum) in [&mut *value, &mut *by_x, &mut *by_y, &mut *by_z].into_iter().zip(&sums) {
-            out[range.clone()].copy_from_slice(&sum[..chunk.count]);
         }
     });
 }
@@ -232,15 +241,9 @@ fn gradients_of(profile: impl Profile, from: From<'_>, at: Points<'_>, out: Dual
 fn add_gradients(
     profile: impl Profile,
     components: &[Stored],
-    at: &[[f32; CHUNK]; 3],
-    first: usize,
-    sums: &mut [[f32; CHUNK]; 4],
-) {
-    let mut lanes = [[0.0; LANES]; 7];
-    for (to, from) in lanes.iter_mut().zip(at.iter().chain(&*sums)) {
-        to.copy_from_slice(&from[first..first + LANES]);
-    }
-    let [x, y, z, mut sum, mut by_x, mut by_y, mut by_z] = lanes;
+    [x, y, z]: [[f32; LANES]; 3],
+) -> [[f32; LANES]; 4] {
+    let [mut sum, mut by_x, mut by_y, mut by_z] = [[0.0; LANES]; 4];
     for &[cx, cy, cz, inverse_square, weight] in components {
         let twice = inverse_square + inverse_square;
         for i in 0..LANES {
@@ -255,7 +258,5 @@ fn add_gradients(
             by_z[i] += slope * dz;
         }
     }
-    for (to, from) in sums.iter_mut().zip([sum, by_x, by_y, by_z]) {
-        to[first..first + LANES].copy_from_slice(&from);
-    }
+    [sum, by_x, by_y, by_z]
 }
