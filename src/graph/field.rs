@@ -129,6 +129,10 @@ impl Field for GraphField {
         Within { range, field }
     }
 
+    fn range(&self, region: [Interval; 3]) -> Interval {
+        self.tape.interval(&self.uniforms, region, &mut Vec::with_capacity(self.tape.instructions.len()))
+    }
+
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
         let ([value, gradient, interval], data) = self.wgsl.get_or_init(|| {
             let texts = wgsl::write(&self.program);
