@@ -12,6 +12,7 @@ pub mod interval;
 pub mod leaf;
 pub mod lower;
 pub mod ops;
+pub mod shapes;
 pub mod tape;
 pub mod wgsl;
 
