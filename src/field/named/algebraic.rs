@@ -1,6 +1,7 @@
 //! Surfaces of higher degree.
 
 use super::{Definition, Parameter, any};
+use crate::field::Sense;
 use crate::graph::{x, y, z};
 use std::f64::consts::SQRT_2;
 
@@ -14,22 +15,26 @@ pub const STEINER: Definition = Definition {
 };
 
 /// Boy's surface, which cuts itself.
-pub const BOY: Definition = Definition::plain(
-    "boy",
-    "64(1−z)³z³ − 48(1−z)²z²(3s + 2z²) + 12(1−z)z(27s² − 24z²s + 36√2yz(y² − 3x²) + 4z⁴) \
+pub const BOY: Definition = Definition {
+    sense: Sense::Above,
+    half_edge: 2.1,
+    ..Definition::plain(
+        "boy",
+        "64(1−z)³z³ − 48(1−z)²z²(3s + 2z²) + 12(1−z)z(27s² − 24z²s + 36√2yz(y² − 3x²) + 4z⁴) \
      + (9s − 2z²)(−81s² − 72z²s + 108√2xz(x² − 3y²) + 4z⁴), s = x² + y²",
-    |_| {
-        let (xx, yy, zz) = (x().square(), y().square(), z().square());
-        let (s, w) = (&xx + &yy, (1.0 - z()) * z());
-        let (ss, zzzz, zzs) = (s.square(), zz.square() * 4.0, &zz * &s);
-        let y_lobes = (y() * z()) * (&yy - &xx * 3.0) * (36.0 * SQRT_2);
-        let x_lobes = (x() * z()) * (&xx - &yy * 3.0) * (108.0 * SQRT_2);
-        let first = w.powi(3) * 64.0 - w.square() * (&s * 3.0 + &zz * 2.0) * 48.0;
-        let second = w * (((&ss * 27.0 - &zzs * 24.0) + y_lobes) + &zzzz) * 12.0;
-        let third = (s * 9.0 - zz * 2.0) * (((x_lobes - ss * 81.0) - zzs * 72.0) + zzzz);
-        (first + second) + third
-    },
-);
+        |_| {
+            let (xx, yy, zz) = (x().square(), y().square(), z().square());
+            let (s, w) = (&xx + &yy, (1.0 - z()) * z());
+            let (ss, zzzz, zzs) = (s.square(), zz.square() * 4.0, &zz * &s);
+            let y_lobes = (y() * z()) * (&yy - &xx * 3.0) * (36.0 * SQRT_2);
+            let x_lobes = (x() * z()) * (&xx - &yy * 3.0) * (108.0 * SQRT_2);
+            let first = w.powi(3) * 64.0 - w.square() * (&s * 3.0 + &zz * 2.0) * 48.0;
+            let second = w * (((&ss * 27.0 - &zzs * 24.0) + y_lobes) + &zzzz) * 12.0;
+            let third = (s * 9.0 - zz * 2.0) * (((x_lobes - ss * 81.0) - zzs * 72.0) + zzzz);
+            (first + second) + third
+        },
+    )
+};
 
 /// Two surfaces in one field.
 pub const REDUCIBLE: Definition = Definition {
@@ -40,6 +45,7 @@ pub const REDUCIBLE: Definition = Definition {
         Parameter { name: "r", meaning: "radius of the sphere", default: 1.0, least: 0.0 },
     ],
     iso: 0.0,
+    sense: Sense::Below,
     half_edge: 3.5,
     build: |p| {
         let sphere = ((x().square() + y().square()) + z().square()) - p[1].square();

@@ -33,6 +33,8 @@ pub struct Definition {
     pub parameters: &'static [Parameter],
     /// An iso value that shows something.
     pub iso: f32,
+    /// Which side of iso is inside.
+    pub sense: Sense,
     /// Half the edge of a cube around the origin that shows it.
     pub half_edge: f32,
     /// The field, given its parameters.
@@ -42,7 +44,7 @@ pub struct Definition {
 impl Definition {
     /// A field without parameters.
     const fn plain(name: &'static str, formula: &'static str, build: fn(&[Expr]) -> Expr) -> Self {
-        Self { name, formula, parameters: &[], iso: 0.0, half_edge: 1.5, build }
+        Self { name, formula, parameters: &[], iso: 0.0, sense: Sense::Below, half_edge: 1.5, build }
     }
 }
 
@@ -140,7 +142,7 @@ impl Named {
         let definition = definition.ok_or_else(|| NameError::Unknown { name: name.into() })?;
         let parameters: Vec<Expr> =
             definition.parameters.iter().map(|p| Expr::parameter(p.name, p.default)).collect();
-        Ok(Self { definition, field: GraphField::new(&(definition.build)(&parameters), Sense::Below) })
+        Ok(Self { definition, field: GraphField::new(&(definition.build)(&parameters), definition.sense) })
     }
 
     /// Sets a parameter.

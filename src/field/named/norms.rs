@@ -1,6 +1,7 @@
 //! Balls of norms, and the torus.
 
 use super::{Definition, Parameter};
+use crate::field::Sense;
 use crate::graph::{Expr, x, y, z};
 
 fn distance_square() -> Expr {
@@ -13,6 +14,7 @@ pub const SPHERE: Definition = Definition {
     formula: "sqrt(x² + y² + z²); iso is the radius",
     parameters: &[],
     iso: 1.0,
+    sense: Sense::Below,
     half_edge: 1.5,
     build: |_| distance_square().sqrt(),
 };
@@ -23,6 +25,7 @@ pub const OCTAHEDRON: Definition = Definition {
     formula: "|x| + |y| + |z|; iso is the distance of the corners",
     parameters: &[],
     iso: 1.0,
+    sense: Sense::Below,
     half_edge: 1.5,
     build: |_| (x().abs() + y().abs()) + z().abs(),
 };
@@ -33,6 +36,7 @@ pub const CUBE: Definition = Definition {
     formula: "max(|x|, |y|, |z|); iso is half the edge",
     parameters: &[],
     iso: 1.0,
+    sense: Sense::Below,
     half_edge: 1.5,
     build: |_| x().abs().max(y().abs()).max(z().abs()),
 };
@@ -56,6 +60,7 @@ pub const TORUS: Definition = Definition {
         },
     ],
     iso: 0.0,
+    sense: Sense::Below,
     half_edge: 1.5,
     build: |p| {
         // The uniforms R² − r² and 4R² round to exactly 0.375 and 2 for the defaults.

@@ -1,6 +1,7 @@
 //! Surfaces that repeat along all axes, as lattice makers use them.
 
 use super::{Definition, Parameter, positive};
+use crate::field::Sense;
 use crate::graph::{Expr, x, y, z};
 
 const PARAMETERS: &[Parameter] = &[
@@ -14,7 +15,7 @@ const PARAMETERS: &[Parameter] = &[
 ];
 
 const fn periodic(name: &'static str, formula: &'static str, build: fn(&[Expr]) -> Expr) -> Definition {
-    Definition { name, formula, parameters: PARAMETERS, iso: 0.0, half_edge: 1.0, build }
+    Definition { name, formula, parameters: PARAMETERS, iso: 0.0, sense: Sense::Below, half_edge: 1.0, build }
 }
 
 /// The coordinates in periods.

@@ -1,6 +1,7 @@
 //! Surfaces of second degree.
 
 use super::{Definition, Parameter, any, positive};
+use crate::field::Sense;
 use crate::graph::{Expr, x, y, z};
 
 const fn quadric(
@@ -9,7 +10,7 @@ const fn quadric(
     parameters: &'static [Parameter],
     build: fn(&[Expr]) -> Expr,
 ) -> Definition {
-    Definition { name, formula, parameters, iso: 0.0, half_edge: 1.5, build }
+    Definition { name, formula, parameters, iso: 0.0, sense: Sense::Below, half_edge: 1.5, build }
 }
 
 /// c²/p²: `p` goes into a factor, which is computed once.
