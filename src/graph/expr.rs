@@ -74,6 +74,16 @@ impl Expr {
         Self(Arc::new(node))
     }
 
+    /// An operation of one operand.
+    pub fn unary(op: Unary, a: impl Into<Expr>) -> Self {
+        Self::new(Node::Unary(op, a.into()))
+    }
+
+    /// An operation of two operands.
+    pub fn binary(op: Binary, a: impl Into<Expr>, b: impl Into<Expr>) -> Self {
+        Self::new(Node::Binary(op, a.into(), b.into()))
+    }
+
     /// A function of the point that is no combination of operations.
     pub fn leaf(leaf: Arc<dyn Leaf>) -> Self {
         Self::new(Node::Leaf(leaf))

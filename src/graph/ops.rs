@@ -100,7 +100,7 @@ operations! { Unary, VisitUnary, fn(f64) -> f64, (a), (a);
     /// |a|
     Abs {
         fold: f64::abs, value: f32::abs, slopes: [|a: f32, _: f32| sign(a)], interval: iv::abs,
-        wgsl: "abs(A)", ["sign(A)"], "iv_abs(A)",
+        wgsl: "abs(A)", ["(f32(A > 0.0) - f32(A < 0.0))"], "iv_abs(A)",
     }
     /// a²
     Square {
@@ -122,7 +122,7 @@ operations! { Unary, VisitUnary, fn(f64) -> f64, (a), (a);
     Sign {
         fold: |a| if a == 0.0 { 0.0 } else { a.signum() }, value: sign, slopes: [|_: f32, _: f32| 0.0],
         interval: iv::sign,
-        wgsl: "sign(A)", ["0.0"], "iv_sign(A)",
+        wgsl: "f32(A > 0.0) - f32(A < 0.0)", ["0.0"], "iv_sign(A)",
     }
     /// Sine of a in turns
     SinTurns {

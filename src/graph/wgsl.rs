@@ -177,7 +177,7 @@ pub fn write(program: &Program) -> Texts {
             "{leaf_gradients}const AXIS_X = vec3<f32>(1.0, 0.0, 0.0);\nconst AXIS_Y = vec3<f32>(0.0, 1.0, 0.0);\n\
              const AXIS_Z = vec3<f32>(0.0, 0.0, 1.0);\n\
              fn iso_term(slope: f32, derivative: vec3<f32>) -> vec3<f32> {{\n    \
-             return select(slope * derivative, vec3<f32>(0.0), slope == 0.0);\n}}\n\
+             return select(slope * derivative, vec3<f32>(0.0), vec3<bool>(slope == 0.0) | (derivative == vec3<f32>(0.0)));\n}}\n\
              fn density_gradient(p: vec3<f32>) -> vec3<f32> {{\n{gradient}    return {};\n}}\n",
             writer.gradient(root)
         ),
