@@ -9,8 +9,9 @@ use std::f64::consts::SQRT_2;
 pub const STEINER: Definition = Definition {
     half_edge: 0.6,
     ..Definition::plain("steiner", "x²y² + x²z² + y²z² + xyz", |_| {
-        let (xx, yy, zz) = (x().square(), y().square(), z().square());
-        (((&xx * &yy) + xx * &zz) + yy * zz) + (x() * y()) * z()
+        let yz = y() * z();
+        // The last two terms as yz (yz + x).
+        x().square() * (y().square() + z().square()) + &yz * (&yz + x())
     })
 };
 
@@ -24,13 +25,15 @@ pub const BOY: Definition = Definition {
      + (9s − 2z²)(−81s² − 72z²s + 108√2xz(x² − 3y²) + 4z⁴), s = x² + y²",
         |_| {
             let (xx, yy, zz) = (x().square(), y().square(), z().square());
-            let (s, w) = (&xx + &yy, (1.0 - z()) * z());
-            let (ss, zzzz, zzs) = (s.square(), zz.square() * 4.0, &zz * &s);
-            let y_lobes = (y() * z()) * (&yy - &xx * 3.0) * (36.0 * SQRT_2);
-            let x_lobes = (x() * z()) * (&xx - &yy * 3.0) * (108.0 * SQRT_2);
-            let first = w.powi(3) * 64.0 - w.square() * (&s * 3.0 + &zz * 2.0) * 48.0;
-            let second = w * (((&ss * 27.0 - &zzs * 24.0) + y_lobes) + &zzzz) * 12.0;
-            let third = (s * 9.0 - zz * 2.0) * (((x_lobes - ss * 81.0) - zzs * 72.0) + zzzz);
+            let (s, w, zzzz) = (&xx + &yy, (1.0 - z()) * z(), zz.square());
+            let y_lobes = (y() * z()) * (&yy + &xx * -3.0);
+            let x_lobes = (x() * z()) * (xx + yy * -3.0);
+            // Factors are multiplied out, and each sum is in an order that Mesa leaves as it is.
+            let first = w.square() * (&w * 64.0 + (&s * -144.0 + &zz * -96.0));
+            let inner = y_lobes * (432.0 * SQRT_2) + &zzzz * 48.0;
+            let second = w * (&s * (&s * 324.0 + &zz * -288.0) + inner);
+            let inner = x_lobes * (108.0 * SQRT_2) + zzzz * 4.0;
+            let third = (&s * 9.0 + &zz * -2.0) * (&s * (&s * -81.0 + &zz * -72.0) + inner);
             (first + second) + third
         },
     )

@@ -1,4 +1,5 @@
-//! Surfaces of second degree.
+//! Surfaces of second degree. Sums are in an order that Mesa leaves as it is, so that lavapipe gives the bits of
+//! the CPU: `(a·b + c·d) + e` would become `a·b + (c·d + e)`.
 
 use super::{Definition, Parameter, any, positive};
 use crate::field::Sense;
@@ -49,10 +50,18 @@ const HALF_AXES: &[Parameter] = &[
     positive("c", "half axis along z", 0.7),
 ];
 
+/// x²/a² + y²/b² − z²/c²: a hyperboloid of one sheet above 0, of two below, and their common cone at 0.
+fn hyperboloid(p: &[Expr]) -> Expr {
+    over(x(), &p[0]) + (over(y(), &p[1]) - over(z(), &p[2]))
+}
+
 /// Closed.
-pub const ELLIPSOID: Definition = quadric("ellipsoid", "x²/a² + y²/b² + z²/c² − 1", HALF_AXES, |p| {
-    ((over(x(), &p[0]) + over(y(), &p[1])) + over(z(), &p[2])) - 1.0
-});
+pub const ELLIPSOID: Definition = Definition {
+    iso: 1.0,
+    ..quadric("ellipsoid", "x²/a² + y²/b² + z²/c²; at iso 1 with these half axes", HALF_AXES, |p| {
+        (over(x(), &p[0]) + over(y(), &p[1])) + over(z(), &p[2])
+    })
+};
 
 const WAIST: &[Parameter] = &[
     positive("a", "half axis of the waist along x", 0.6),
@@ -61,10 +70,10 @@ const WAIST: &[Parameter] = &[
 ];
 
 /// A cooling tower.
-pub const HYPERBOLOID_ONE_SHEET: Definition =
-    quadric("hyperboloid_one_sheet", "x²/a² + y²/b² − z²/c² − 1", WAIST, |p| {
-        ((over(x(), &p[0]) + over(y(), &p[1])) - over(z(), &p[2])) - 1.0
-    });
+pub const HYPERBOLOID_ONE_SHEET: Definition = Definition {
+    iso: 1.0,
+    ..quadric("hyperboloid_one_sheet", "x²/a² + y²/b² − z²/c²; at iso 1 with this waist", WAIST, hyperboloid)
+};
 
 const BOWLS: &[Parameter] = &[
     positive("a", "width along x", 0.5),
@@ -73,23 +82,23 @@ const BOWLS: &[Parameter] = &[
 ];
 
 /// Two bowls.
-pub const HYPERBOLOID_TWO_SHEETS: Definition =
-    quadric("hyperboloid_two_sheets", "x²/a² + y²/b² − z²/c² + 1", BOWLS, |p| {
-        ((over(x(), &p[0]) + over(y(), &p[1])) - over(z(), &p[2])) + 1.0
-    });
+pub const HYPERBOLOID_TWO_SHEETS: Definition = Definition {
+    iso: -1.0,
+    ..quadric("hyperboloid_two_sheets", "x²/a² + y²/b² − z²/c²; at iso −1 so far apart", BOWLS, hyperboloid)
+};
 
 const WIDTHS: &[Parameter] = &[positive("a", "width along x", 1.0), positive("b", "width along y", 1.0)];
 
 /// A saddle.
 pub const HYPERBOLIC_PARABOLOID: Definition =
-    quadric("hyperbolic_paraboloid", "z − x²/a² + y²/b²", WIDTHS, |p| {
-        (z() - over(x(), &p[0])) + over(y(), &p[1])
+    quadric("hyperbolic_paraboloid", "x²/a² − y²/b² − z", WIDTHS, |p| {
+        over(x(), &p[0]) + (y().square() * (-1.0 / p[1].square()) - z())
     });
 
 /// A bowl.
 pub const ELLIPTIC_PARABOLOID: Definition =
     quadric("elliptic_paraboloid", "x²/a² + y²/b² − z", WIDTHS, |p| {
-        (over(x(), &p[0]) + over(y(), &p[1])) - z()
+        over(x(), &p[0]) + (over(y(), &p[1]) - z())
     });
 
 const SLOPES: &[Parameter] = &[
@@ -99,19 +108,18 @@ const SLOPES: &[Parameter] = &[
 ];
 
 /// Both halves; the tip is singular.
-pub const ELLIPTIC_CONE: Definition =
-    quadric("elliptic_cone", "x²/a² + y²/b² − z²/c²", SLOPES, |p| {
-        (over(x(), &p[0]) + over(y(), &p[1])) - over(z(), &p[2])
-    });
+pub const ELLIPTIC_CONE: Definition = quadric("elliptic_cone", "x²/a² + y²/b² − z²/c²", SLOPES, hyperboloid);
 
 const SECTION: &[Parameter] =
     &[positive("a", "half axis along x", 1.0), positive("b", "half axis along y", 0.6)];
 
 /// Without ends.
-pub const ELLIPTIC_CYLINDER: Definition =
-    quadric("elliptic_cylinder", "x²/a² + y²/b² − 1", SECTION, |p| {
-        (over(x(), &p[0]) + over(y(), &p[1])) - 1.0
-    });
+pub const ELLIPTIC_CYLINDER: Definition = Definition {
+    iso: 1.0,
+    ..quadric("elliptic_cylinder", "x²/a² + y²/b²; at iso 1 with these half axes", SECTION, |p| {
+        over(x(), &p[0]) + over(y(), &p[1])
+    })
+};
 
 /// They cross in the z axis, which is singular.
 pub const PAIR_OF_PLANES: Definition =
