@@ -158,7 +158,8 @@ impl Extractor {
             return Err(ExtractError::OtherSource);
         }
         let given = wgsl.parameters.len();
-        if given > 4 * PARAMETER_VECTORS {
+        // The last place stays 0 (shaders/graph/exact.wgsl).
+        if given >= 4 * PARAMETER_VECTORS {
             return Err(ExtractError::TooManyParameters { given });
         }
         Ok(self.gpu.write(&space.field_parameters, bytemuck::cast_slice(&wgsl.parameters))?)

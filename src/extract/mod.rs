@@ -222,7 +222,7 @@ pub enum ExtractError {
     #[error("the workspace was prepared for another source: prepare one for this grid and field")]
     OtherSource,
     /// A field with more parameters than its buffer has places for.
-    #[error("the field has {given} parameters; there is room for {}", 4 * crate::field::PARAMETER_VECTORS)]
+    #[error("the field has {given} parameters; there is room for {}", 4 * crate::field::PARAMETER_VECTORS - 1)]
     TooManyParameters {
         /// How many it has.
         given: usize,

@@ -127,6 +127,22 @@ impl Expr {
         sin_turns SinTurns
         /// Cosine of an angle in turns.
         cos_turns CosTurns
+        /// The exponential function.
+        exp Exp
+        /// Natural logarithm; NaN, which is outside, of negative numbers.
+        ln Ln
+        /// Sine of an angle in radians.
+        sin Sin
+        /// Cosine of an angle in radians.
+        cos Cos
+        /// Arc sine, in radians.
+        asin Asin
+        /// Arc cosine, in radians.
+        acos Acos
+        /// Arc tangent, in radians.
+        atan Atan
+        /// Hyperbolic tangent.
+        tanh Tanh
     }
 
     binary_methods! {
@@ -134,6 +150,10 @@ impl Expr {
         min Min
         /// The larger: for distance-like fields the intersection.
         max Max
+        /// The power; NaN, which is outside, of negative numbers unless the exponent is whole.
+        pow Pow
+        /// The angle of the point (`other`, this), in radians from −π to π.
+        atan2 Atan2
         /// 1 where less than `other`, else 0.
         less Less
         /// 1 where at most `other`, else 0.
@@ -150,6 +170,12 @@ impl Expr {
     #[must_use]
     pub fn at(&self, coordinates: [Expr; 3]) -> Expr {
         Expr::new(Node::At(self.clone(), coordinates))
+    }
+
+    /// Tangent of an angle in radians.
+    #[must_use]
+    pub fn tan(&self) -> Expr {
+        self.sin() / self.cos()
     }
 
     /// A whole power, by multiplications; 1 over it where `exponent` is negative.

@@ -210,5 +210,36 @@ pub fn wave(a: Interval, ends: (f32, f32), top: f32) -> Interval {
     let known = a.is_bounded() && a.lo.abs() < 65536.0 && a.hi.abs() < 65536.0;
     let hi = if holds(top) { 1.0 } else { ends.0.max(ends.1) };
     let lo = if holds(top + 0.5) { -1.0 } else { ends.0.min(ends.1) };
-    Interval::new(lo, hi).grown(known, 0.0, 1e-6)
+    // The angle of a large number of turns is rounded.
+    Interval::new(lo, hi).grown(known, 0.0, 2e-6 + 4e-6 * a.lo.abs().max(a.hi.abs()))
+}
+
+/// An angle in radians as turns.
+#[inline(always)]
+pub fn in_turns(a: Interval) -> Interval {
+    Interval::new(a.lo * IN_TURNS, a.hi * IN_TURNS).checked(a.is_bounded())
+}
+
+const IN_TURNS: f32 = 0.159_154_94;
+
+/// `a` to the power `b`; nothing is known where a can be negative, or 0 and b not positive.
+#[inline(always)]
+pub fn pow(a: Interval, b: Interval) -> Interval {
+    use crate::field::functions::pow;
+    let known = a.is_bounded() && b.is_bounded() && (a.lo > 1e-30 || (a.lo >= 0.0 && b.lo > 0.0));
+    let (p, q, r, s) = (pow(a.lo, b.lo), pow(a.lo, b.hi), pow(a.hi, b.lo), pow(a.hi, b.hi));
+    Interval::new(p.min(q).min(r.min(s)), p.max(q).max(r.max(s))).grown(known, 1e-4, 0.0)
+}
+
+/// The angle of the points (b, a).
+#[inline(always)]
+pub fn atan2(a: Interval, b: Interval) -> Interval {
+    use crate::field::functions::atan2;
+    const MOST: f32 = 3.1416;
+    let known = a.is_bounded() && b.is_bounded();
+    // Round the origin or across the negative axis the angle jumps.
+    let whole = b.lo <= 0.0 && a.lo <= 0.0 && a.hi >= 0.0;
+    let (p, q, r, s) = (atan2(a.lo, b.lo), atan2(a.lo, b.hi), atan2(a.hi, b.lo), atan2(a.hi, b.hi));
+    let ends = Interval::new(p.min(q).min(r.min(s)), p.max(q).max(r.max(s)));
+    (if whole { Interval::new(-MOST, MOST) } else { ends }).grown(known, 1e-5, 1e-6)
 }

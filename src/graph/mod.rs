@@ -11,6 +11,7 @@ mod field;
 pub mod interval;
 pub mod leaf;
 pub mod lower;
+mod noise;
 pub mod ops;
 pub mod shapes;
 pub mod tape;

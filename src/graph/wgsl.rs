@@ -1,9 +1,11 @@
 //! A tape as WGSL: values, value with gradient by forward differentiation, intervals.
 //!
-//! One `let` an operation: nothing nests, however deep the expression was.
+//! One `let` an operation: nothing nests, however deep the expression was. Sums and products are kept from
+//! drivers' algebra (`shaders/graph/exact.wgsl`).
 
 use super::leaf::LeafWgsl;
 use super::lower::Program;
+use super::ops::{Binary, Unary};
 use super::tape::{Instruction, Op, Operand};
 use std::fmt::Write;
 
@@ -56,6 +58,10 @@ impl Writer<'_> {
     fn value_text(&self, i: &Instruction) -> String {
         let [a, b, c] = i.operands.map(|o| self.value(o));
         match i.op {
+            Op::Unary(Unary::Square) => format!("iso_exact({a} * {a})"),
+            Op::Binary(op @ (Binary::Add | Binary::Sub | Binary::Mul)) => {
+                format!("iso_exact({})", fill(op.wgsl().value, &a, &b, ""))
+            }
             Op::Unary(op) => fill(op.wgsl().value, &a, "", ""),
             Op::Binary(op) => fill(op.wgsl().value, &a, &b, ""),
             Op::Select => format!("select({b}, {c}, {a} == 0.0)"),
@@ -174,11 +180,7 @@ pub fn write(program: &Program) -> Texts {
             writer.value(root)
         ),
         gradient: format!(
-            "{leaf_gradients}const AXIS_X = vec3<f32>(1.0, 0.0, 0.0);\nconst AXIS_Y = vec3<f32>(0.0, 1.0, 0.0);\n\
-             const AXIS_Z = vec3<f32>(0.0, 0.0, 1.0);\n\
-             fn iso_term(slope: f32, derivative: vec3<f32>) -> vec3<f32> {{\n    \
-             return select(slope * derivative, vec3<f32>(0.0), vec3<bool>(slope == 0.0) | (derivative == vec3<f32>(0.0)));\n}}\n\
-             fn density_gradient(p: vec3<f32>) -> vec3<f32> {{\n{gradient}    return {};\n}}\n",
+            "{leaf_gradients}fn density_gradient(p: vec3<f32>) -> vec3<f32> {{\n{gradient}    return {};\n}}\n",
             writer.gradient(root)
         ),
         interval: format!(

@@ -1,9 +1,10 @@
 //! Bounds of whole expressions, and what pruning leaves of them.
 
-use crate::common::Random;
-use crate::{field, gradients, reference, values};
+use crate::common::{self, Random};
+use crate::{field, gradients, on_gpu, reference, values};
 use isoforge::field::Field;
 use isoforge::graph::interval::Interval;
+use isoforge::graph::{x, y};
 
 /// 10⁵ random boxes: no value lies beyond the interval, and the field pruned to the box gives the same bits.
 ///
@@ -47,6 +48,27 @@ fn of_random_expressions() {
         }
     }
     assert!(pruned > 5_000 && bounded > 50_000, "{pruned} boxes pruned, {bounded} with bounds");
+}
+
+/// Whole expressions give the same bits on a software GPU, sums and products in whatever order they stand.
+///
+/// Goes red when `iso_exact` gives back what it is given: Mesa reorders sums.
+#[test]
+fn same_bits_on_the_gpu() {
+    let Some(gpu) = common::gpu().filter(|gpu| gpu.is_software()) else { return };
+    let mut random = Random(21);
+    for round in 0..30 {
+        let sum = (0..6).map(|_| reference::random(&mut random, 2 + round % 6).expr * (x() + 0.1) + y());
+        let sum = sum.reduce(|a, b| a + 0.3 + b * 1.7 + 0.1).unwrap();
+        let own = field(&sum);
+        let points: Vec<[f32; 3]> = (0..500).map(|_| [0; 3].map(|_| (random.unit() - 0.5) * 3.0)).collect();
+        for (a, b) in on_gpu::values(gpu, &own, &points).into_iter().zip(values(&own, &points)) {
+            assert!(
+                a == b || (!a.is_finite() && !b.is_finite()),
+                "{a:?} on the GPU, {b:?} on the CPU: {sum:?}"
+            );
+        }
+    }
 }
 
 /// Values against an independent `f64` evaluation, where neither is at a jump.

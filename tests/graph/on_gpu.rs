@@ -6,7 +6,9 @@ use isoforge::gpu::kernel::{Bindings, Kernel, binding as b};
 use wgpu::BufferUsages as U;
 
 const INTERVAL: &str = include_str!("../../shaders/graph/interval.wgsl");
-const TURNS: &str = include_str!("../../shaders/shared/turns.wgsl");
+const EXACT: &str = include_str!("../../shaders/graph/exact.wgsl");
+const FUNCTIONS: &str = include_str!("../../shaders/shared/functions.wgsl");
+const NOISE: &str = include_str!("../../shaders/shared/noise.wgsl");
 const IS_FINITE: &str = "fn is_finite(bits: u32) -> bool { return (bits & 0x7f800000u) != 0x7f800000u; }\n";
 
 /// Runs `body` for each item of `input` (so many floats each), which writes so many floats to `out` at `o`.
@@ -14,7 +16,7 @@ fn run(gpu: &Gpu, field: &dyn Field, text: &str, body: &str, input: &[f32], size
     let wgsl = field.wgsl().unwrap();
     let count = input.len() / sizes[0];
     let source = format!(
-        "{IS_FINITE}{TURNS}{text}
+        "{IS_FINITE}{FUNCTIONS}{NOISE}{EXACT}{text}
         @group(0) @binding(16) var<uniform> field_parameters: array<vec4<f32>, {PARAMETER_VECTORS}>;
         @group(0) @binding(17) var<storage, read> field_data: array<u32>;
         @group(0) @binding(2) var<storage, read> source: array<f32>;

@@ -105,7 +105,10 @@ fn of_one_operand() {
             Unary::Floor => (p[0] - p[0].round()).abs() > 1e-3,
             Unary::Sqrt => p[0] > 1e-3,
             Unary::Abs | Unary::Sign => p[0].abs() > 1e-3,
-            Unary::SinTurns | Unary::CosTurns => p[0].abs() < 100.0,
+            Unary::SinTurns | Unary::CosTurns | Unary::Sin | Unary::Cos => p[0].abs() < 100.0,
+            Unary::Ln => p[0] > 1e-3,
+            Unary::Asin | Unary::Acos => p[0].abs() < 0.99,
+            Unary::Exp => p[0] < 20.0,
             _ => true,
         };
         check(&format!("{op:?}"), &Expr::unary(op, x()), |p| reference::unary(op, p[0]), smooth);
@@ -118,6 +121,8 @@ fn of_two_operands() {
         let smooth = |p: [f64; 3]| match op {
             Binary::Min | Binary::Max | Binary::Less | Binary::LessEqual => (p[0] - p[1]).abs() > 1e-3,
             Binary::Div => p[1].abs() > 1e-2,
+            Binary::Pow => p[0] > 1e-2 && p[0] < 10.0 && p[1].abs() < 5.0,
+            Binary::Atan2 => p[0].hypot(p[1]) > 1e-2 && p[0].abs() > 1e-3,
             _ => true,
         };
         let name = format!("{op:?}");

@@ -20,6 +20,14 @@ pub fn unary(op: Unary, a: f64) -> f64 {
         Unary::CosTurns if (2.0 * a + 0.5).fract() == 0.0 => 0.0,
         Unary::SinTurns => (turn * a).sin(),
         Unary::CosTurns => (turn * a).cos(),
+        Unary::Exp => a.exp(),
+        Unary::Ln => a.ln(),
+        Unary::Sin => a.sin(),
+        Unary::Cos => a.cos(),
+        Unary::Asin => a.asin(),
+        Unary::Acos => a.acos(),
+        Unary::Atan => a.atan(),
+        Unary::Tanh => a.tanh(),
     }
 }
 
@@ -34,6 +42,11 @@ pub fn binary(op: Binary, a: f64, b: f64) -> f64 {
         Binary::Div => a / b,
         Binary::Min => a.min(b),
         Binary::Max => a.max(b),
+        Binary::Pow if a == 0.0 && b == 0.0 => 1.0,
+        // Zero has no sign here.
+        Binary::Pow if a == 0.0 => [f64::INFINITY, 0.0][usize::from(b > 0.0)],
+        Binary::Pow => a.powf(b),
+        Binary::Atan2 => a.atan2(b),
         Binary::Less => f64::from(u8::from(a < b)),
         Binary::LessEqual => f64::from(u8::from(a <= b)),
     }
