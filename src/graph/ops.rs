@@ -107,11 +107,10 @@ operations! { Unary, VisitUnary, fn(f64) -> f64, (a), (a);
         fold: |a| a * a, value: |a: f32| a * a, slopes: [|a: f32, _: f32| a + a], interval: iv::square,
         wgsl: "A * A", ["A + A"], "iv_square(A)",
     }
-    /// √a. Its slope at 0 is taken as 0: of lengths, that is the mean over all directions.
+    /// √a
     Sqrt {
-        fold: f64::sqrt, value: f32::sqrt, slopes: [|_: f32, v: f32| if v == 0.0 { 0.0 } else { 0.5 / v }],
-        interval: iv::sqrt,
-        wgsl: "sqrt(A)", ["select(0.5 / V, 0.0, V == 0.0)"], "iv_sqrt(A)",
+        fold: f64::sqrt, value: f32::sqrt, slopes: [|_: f32, v: f32| 0.5 / v], interval: iv::sqrt,
+        wgsl: "sqrt(A)", ["0.5 / V"], "iv_sqrt(A)",
     }
     /// Largest whole number not above a
     Floor {

@@ -62,6 +62,19 @@ fn smooth() {
     }
 }
 
+#[test]
+fn exponential() {
+    let (a, b) = (first(), second());
+    for r in [0.05, 0.4] {
+        let blend = move |a: f64, b: f64| -r * ((-a / r).exp() + (-b / r).exp()).ln();
+        let radius = Expr::parameter("radius", r);
+        agrees("exponential union", &a.exponential_union(&b, &radius), blend);
+        agrees("exponential intersection", &a.exponential_intersection(&b, r), |a, b| -blend(-a, -b));
+        agrees("exponential difference", &a.exponential_difference(&b, r), |a, b| -blend(-a, b));
+    }
+    agrees("exponential union of radius 0", &a.exponential_union(&b, 0.0), f64::min);
+}
+
 /// Goes red when α is left out of the divisor, or the root's sign turned.
 #[test]
 fn r_functions() {

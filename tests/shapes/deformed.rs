@@ -72,16 +72,24 @@ fn twisted_bent_and_tapered() {
         assert_eq!(DVec3::from(p.map(f64::from)), q, "twist");
     }
 
-    // The bend is stated by its inverse: around y, by an angle that grows with x.
-    let bend = |e: Expr| e.bend(0.1, -1.0, parameter(1.2)).unwrap();
-    let points = points(2000, 1.5, 43);
-    for (p, q) in points.iter().zip(sources(bend, &points)) {
-        let p = DVec3::from(p.map(f64::from));
-        let expected = DQuat::from_rotation_y(0.1 * TAU * p.x.clamp(-1.0, 1.2)) * p;
-        assert!(q.distance(expected) < 2e-6, "bend at {p}: {q}, not {expected}");
+    for turns in [0.1, -0.2, 0.0, 1e-4] {
+        let (x0, x1) = (-1.0, 0.8);
+        let radius = 1.0 / (TAU * turns);
+        let forward = |q: DVec3| {
+            if turns == 0.0 {
+                return q;
+            }
+            // On the circle as far as the range goes, then along its tangent.
+            let s = q.x.clamp(x0, x1);
+            let (sine, cosine) = (s / radius).sin_cos();
+            let (out, rest) = (radius - q.z, q.x - s);
+            DVec3::new(out * sine + rest * cosine, q.y, radius - out * cosine + rest * sine)
+        };
+        leads_back("bend", |e| e.bend(parameter(turns), x0, x1).unwrap(), forward);
     }
+    let bend = |e: Expr| e.bend(0.1, -1.0, parameter(1.2)).unwrap();
     let bar = field(&bend(box_([-1.0, -0.1, -0.1], [1.0, 0.1, 0.1])));
-    assert!(values(&bar, &[[0.7, 0.0, 0.33], [-0.7, 0.0, 0.33]]).iter().all(|v| *v < 0.0), "both arms rise");
+    assert!(values(&bar, &[[0.7, 0.0, 0.16], [-0.7, 0.0, 0.16]]).iter().all(|v| *v < 0.0), "both arms rise");
     let on_axis: Vec<[f32; 3]> = (-10..=10).map(|i| [0.0, i as f32 * 0.15, 0.0]).collect();
     for (p, q) in on_axis.iter().zip(sources(bend, &on_axis)) {
         assert_eq!(DVec3::from(p.map(f64::from)), q, "bend");

@@ -6,7 +6,18 @@ use isoforge::extract::{Options, Source, extract_on_cpu};
 use isoforge::field::named;
 
 /// Surfaces without an end in their box; the others end in its faces alone.
-const CLOSED: [&str; 8] = ["sphere", "octahedron", "cube", "torus", "quadric", "ellipsoid", "steiner", "boy"];
+const CLOSED: [&str; 10] = [
+    "sphere",
+    "octahedron",
+    "cube",
+    "torus",
+    "quadric",
+    "ellipsoid",
+    "steiner",
+    "boy",
+    "superellipsoid",
+    "supertorus",
+];
 
 /// Goes red when a box is too small for its surface, and when a closed one is inside out.
 #[test]

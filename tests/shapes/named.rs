@@ -9,6 +9,7 @@ fn reference(name: &str, [x, y, z]: [f64; 3], p: &[f64]) -> f64 {
     let [px, py, pz] = [x, y, z].map(|c| TAU * c / p.first().copied().unwrap_or(1.0));
     let sheet = |v: f64| if p[1] == 0.0 { v } else { v.abs() - p[1] / 2.0 };
     let over = |c: f64, i: usize| (c / p[i]).powi(2);
+    let raised = |c: f64, a: f64, e: f64| (c / a).abs().powf(2.0 / e);
     match name {
         "sphere" => (x * x + y * y + z * z).sqrt(),
         "octahedron" => x.abs() + y.abs() + z.abs(),
@@ -37,6 +38,19 @@ fn reference(name: &str, [x, y, z]: [f64; 3], p: &[f64]) -> f64 {
         "elliptic_cone" => over(x, 0) + over(y, 1) - over(z, 2),
         "elliptic_cylinder" => over(x, 0) + over(y, 1),
         "pair_of_planes" => over(x, 0) - over(y, 1),
+        "superellipsoid" => {
+            let s = raised(x, p[0], p[4]) + raised(y, p[1], p[4]);
+            (s.powf(p[4] / p[3]) + raised(z, p[2], p[3])).powf(p[3] / 2.0)
+        }
+        "superhyperboloid" => {
+            let s = raised(x, p[0], p[4]) + raised(y, p[1], p[4]);
+            s.powf(p[4] / 2.0) - (1.0 + raised(z, p[2], p[3])).powf(p[3] / 2.0)
+        }
+        "supertorus" => {
+            let s = raised(x, p[0], p[5]) + raised(y, p[1], p[5]);
+            let across = raised(s.powf(p[5] / 2.0) - p[3], 1.0, p[4]);
+            (across + raised(z, p[2], p[4])).powf(p[4] / 2.0)
+        }
         "steiner" => (x * y).powi(2) + (x * z).powi(2) + (y * z).powi(2) + x * y * z,
         "boy" => {
             let (xx, yy, zz) = (x * x, y * y, z * z);
@@ -103,4 +117,25 @@ fn the_quadric_is_each_of_its_kinds() {
         assert!((a - 1.0 - b).abs() < 1e-6, "{a}, not {b}");
     }
     assert!(quadric.with("a", f64::NAN).unwrap_err().to_string().ends_with("it takes a finite number"));
+}
+
+/// Exponents of 1 give the ellipsoid, whose field is the root of the quadric's.
+#[test]
+fn a_superellipsoid_of_exponents_1_is_the_ellipsoid() {
+    let set = |field: Named, values: &[(&str, f64)]| {
+        values.iter().fold(field, |field, (name, value)| field.with(name, *value).unwrap())
+    };
+    let ellipsoid = set(Named::new("ellipsoid").unwrap(), &[("a", 0.9), ("b", 0.7), ("c", 1.2)]);
+    let numbers = [("a1", 0.9), ("a2", 0.7), ("a3", 1.2), ("e1", 1.0), ("e2", 1.0)];
+    let super_one = set(Named::new("superellipsoid").unwrap(), &numbers);
+    let points = crate::points(2000, 1.5, 73);
+    for (root, square) in values(&super_one, &points).iter().zip(values(&ellipsoid, &points)) {
+        assert!((root - square.sqrt()).abs() < 2e-6 * root.max(1.0), "{root}, not {}", square.sqrt());
+    }
+    for bad in [0.0, -1.0, f64::NAN] {
+        assert!(Named::new("supertorus").unwrap().with("e1", bad).is_err());
+    }
+    // The vertex on the z axis, where the section is 0, has a normal.
+    let up = crate::gradients(&super_one, &[[0.0, 0.0, 1.2]])[0];
+    assert!(up[0] == 0.0 && up[1] == 0.0 && (up[2] - 1.0 / 1.2).abs() < 1e-5, "{up:?}");
 }

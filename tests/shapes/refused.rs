@@ -16,6 +16,10 @@ fn constants() {
     };
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         not_positive("half axis", ellipsoid([1.0, bad, 1.0]));
+        not_positive("radius", superellipsoid([1.0, 1.0, bad], 1.0, 1.0));
+        not_positive("exponent", superellipsoid([1.0; 3], 1.0, bad));
+        not_positive("exponent", superhyperboloid([1.0; 3], bad, 1.0));
+        not_positive("exponent", supertorus([1.0; 3], 2.0, bad, 1.0));
         not_positive("height", cone(1.0, bad));
         not_positive("scale factor", s().scale(bad));
         not_positive("scale factor", s().scale_axes([1.0, 1.0, bad]));
@@ -70,6 +74,9 @@ fn parameters() {
     let s = || box_([-0.6; 3], [0.5; 3]);
     let all = [
         ellipsoid((p(), 1.0, 1.0)).unwrap(),
+        superellipsoid((p(), 1.0, 1.0), 1.0, p()).unwrap(),
+        supertorus([0.3; 3], p(), p(), 1.0).unwrap(),
+        s().exponential_union(sphere(0.7), p()),
         half_space((p(), 0.0, 0.0), 0.1).unwrap(),
         cone(0.5, p()).unwrap(),
         capsule([0.0; 3], (p(), 0.0, 0.0), 0.5),

@@ -5,6 +5,7 @@ mod algebraic;
 mod norms;
 mod periodic;
 mod quadrics;
+mod superquadrics;
 
 use super::{Field, NoForm, Points, Sense, Wgsl, Within};
 use crate::graph::interval::Interval;
@@ -77,6 +78,9 @@ pub static ALL: &[Definition] = &[
     quadrics::ELLIPTIC_CONE,
     quadrics::ELLIPTIC_CYLINDER,
     quadrics::PAIR_OF_PLANES,
+    superquadrics::SUPERELLIPSOID,
+    superquadrics::SUPERHYPERBOLOID,
+    superquadrics::SUPERTORUS,
     algebraic::STEINER,
     algebraic::BOY,
     algebraic::REDUCIBLE,

@@ -10,6 +10,12 @@ fn seam(a: &Expr, b: &Expr, radius: impl Into<Expr>) -> Expr {
     (&radius - (a - b).abs()).max(0.0).square() * (0.25 / &radius)
 }
 
+/// `r ln(1 + e^(−|a − b|/r))`.
+fn exponential_seam(a: &Expr, b: &Expr, radius: impl Into<Expr>) -> Expr {
+    let radius = radius.into().max(1e-30);
+    (((a - b).abs() * (-1.0 / &radius)).exp() + 1.0).ln() * radius
+}
+
 /// `√(a² + b² − 2α a b)`, written so that it is |a − b| for α = 1 and nothing cancels for α from 0.
 fn root(a: &Expr, b: &Expr, alpha: &Expr) -> Expr {
     let (apart, both) = ((a - b).square(), a.square() + b.square());
@@ -50,6 +56,29 @@ impl Expr {
     #[must_use]
     pub fn smooth_difference(&self, other: impl Into<Expr>, radius: impl Into<Expr>) -> Expr {
         self.smooth_intersection(-other.into(), radius)
+    }
+
+    /// Union with a seam filled everywhere, less the further the two differ: `−r ln(e^(−a/r) + e^(−b/r))`, written
+    /// as `min(a, b) − r ln(1 + e^(−|a − b|/r))`, which does not overflow. Smooth in all derivatives, and no
+    /// matter in what order several are joined. Radius 0 is the sharp union.
+    #[must_use]
+    pub fn exponential_union(&self, other: impl Into<Expr>, radius: impl Into<Expr>) -> Expr {
+        let other = other.into();
+        self.min(&other) - exponential_seam(self, &other, radius)
+    }
+
+    /// Intersection with edges rounded as the seam of [`Expr::exponential_union`]:
+    /// `max(a, b) + r ln(1 + e^(−|a − b|/r))`.
+    #[must_use]
+    pub fn exponential_intersection(&self, other: impl Into<Expr>, radius: impl Into<Expr>) -> Expr {
+        let other = other.into();
+        self.max(&other) + exponential_seam(self, &other, radius)
+    }
+
+    /// Difference: the [`Expr::exponential_intersection`] with the other's negation.
+    #[must_use]
+    pub fn exponential_difference(&self, other: impl Into<Expr>, radius: impl Into<Expr>) -> Expr {
+        self.exponential_intersection(-other.into(), radius)
     }
 
     /// Union as an R-function (Pasko, Savchenko): `(a + b − √(a² + b² − 2α a b)) / (1 + α)`. Smooth but on the

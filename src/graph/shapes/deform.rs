@@ -4,6 +4,7 @@
 use super::vector::{Vector, sine_and_cosine};
 use super::{ShapeError, clamp, positive, range};
 use crate::graph::{Expr, x, y, z};
+use std::f64::consts::TAU;
 
 /// `a` and `b` turned from the one towards the other.
 fn turned(a: &Expr, b: &Expr, turns: &Expr) -> (Expr, Expr) {
@@ -29,10 +30,11 @@ impl Expr {
         Ok(self.at([across, along, z()]))
     }
 
-    /// Bent around the y axis: what lies along x between `x0` and `x1` (0 between them) is turned towards +z by
-    /// `turns_per_length` more for each unit of x away from 0; as at the ends beyond them. The map is given by its
-    /// inverse, which turns each point back by the angle that belongs to its own x: lengths along the bend grow
-    /// with the angle, so keep that under an eighth of a turn.
+    /// Bent towards +z in the plane of x and z: what lies on the x axis between `x0` and `x1` comes to lie on a circle
+    /// through the origin, by `turns_per_length` of a turn for each unit of x, and keeps its length; beyond its
+    /// ends it goes on straight. The origin and the y axis stay where they are. With κ = 2π · turns_per_length
+    /// and `s = clamp(atan2(κx, 1 − κz) / κ, x0, x1)`, θ = κs, a point comes from
+    /// `((θ − sin θ)/κ + x cos θ + z sin θ, y, 2 sin²(θ/2)/κ − x sin θ + z cos θ)`.
     ///
     /// # Errors
     /// [`ShapeError::Empty`] where `x1` is not above `x0`.
@@ -43,9 +45,18 @@ impl Expr {
         x1: impl Into<Expr>,
     ) -> Result<Expr, ShapeError> {
         let (x0, x1) = range("bend's reference box", x0, x1)?;
-        // Both arms rise: the angle has the sign of x.
-        let turns = clamp(&x(), &x0, &x1) * turns_per_length.into();
-        let (across, up) = turned(&x(), &z(), &-turns);
+        // A circle too large to be told from a line, in place of none.
+        let turns = turns_per_length.into();
+        let turns = Expr::from(1e-7).less(turns.abs()).select(&turns, 1e-7);
+        let curvature = &turns * TAU;
+        let angle = (x() * &curvature).atan2(1.0 - z() * &curvature);
+        let along = clamp(&(angle * (1.0 / &curvature)), &x0, &x1);
+        let turned = &along * turns;
+        let (sine, cosine) = (turned.sin_turns(), turned.cos_turns());
+        let rise = (turned * 0.5).sin_turns().square() * (2.0 / &curvature);
+        let ahead = along - &sine * (1.0 / curvature);
+        let across = (x() * &cosine + z() * &sine) + ahead;
+        let up = (z() * cosine - x() * sine) + rise;
         Ok(self.at([across, y(), up]))
     }
 

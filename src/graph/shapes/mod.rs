@@ -21,6 +21,7 @@ mod lattice;
 mod matrix;
 mod primitives;
 mod profile;
+pub(crate) mod superquadrics;
 mod vector;
 
 pub use csg::{intersection, union};
@@ -31,6 +32,7 @@ pub use primitives::{
     torus_distance,
 };
 pub use profile::{extrude, revolve};
+pub use superquadrics::{superellipsoid, superhyperboloid, supertorus};
 pub use vector::Vector;
 
 use super::Expr;
