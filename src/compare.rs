@@ -387,7 +387,7 @@ fn compare_whole(
     if cpu.triangles == mesh.triangles {
         found.rows.push(Row::exact("whole", "indices", &mesh.triangles, &cpu.triangles));
         let same = mesh.vertices.iter().zip(&cpu.vertices).all(|(a, b)| a == b);
-        let step = f64::from(source.grid().shortest_step());
+        let step = source.grid().shortest_step();
         let row = Row::close("whole", "positions", parts(mesh, &cpu, |v| v.position), step);
         found.rows.push(row);
         if same {

@@ -57,6 +57,8 @@ pub mod stage;
 pub mod table;
 pub mod volume;
 
+pub use atomic::TargetError;
+
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -8,3 +8,5 @@ mod extract;
 mod other;
 #[path = "cli/program.rs"]
 mod program;
+#[path = "cli/targets.rs"]
+mod targets;

@@ -1,6 +1,7 @@
 //! The arguments of every command.
 
 use crate::field::Sense;
+use crate::grid::MAX_CELLS;
 use crate::render::Shade;
 use crate::volume::{Endian, Scalar};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -115,7 +116,8 @@ pub struct ExtractArgs {
     #[command(flatten)]
     pub run: RunArgs,
 
-    /// Write one JSON object with counts, bytes and seconds; - for standard output
+    /// Write one JSON object with counts, bytes and seconds; - for standard output. A mesh on the GPU is not
+    /// read back for it, then zero-area triangles are not counted
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 
@@ -133,7 +135,8 @@ pub struct ExtractArgs {
 /// Where and within which limits the work is done.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Where to extract; auto takes a GPU if there is one (a software adapter is none), else the CPU
+    /// Where to extract; auto takes a GPU if there is one (a software adapter is none) and it has the memory,
+    /// else the CPU
     #[arg(long, value_enum, default_value = "auto")]
     pub backend: Backend,
 
@@ -141,8 +144,8 @@ pub struct RunArgs {
     #[arg(long, value_name = "BYTES", value_parser = byte_count)]
     pub memory_budget: Option<u64>,
 
-    /// The longest wait for one piece of GPU work, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 120)]
+    /// The longest wait for one piece of GPU work, in seconds, at least 1
+    #[arg(long, value_name = "SECONDS", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..))]
     pub time_limit: u64,
 }
 
@@ -322,7 +325,7 @@ fn list<T: FromStr, const N: usize>(text: &str, separator: char) -> Option<[T; N
 fn cells(text: &str) -> Result<[u32; 3], String> {
     let one: Option<[u32; 1]> = list(text, ',');
     let cells = one.map(|[n]| [n; 3]).or_else(|| list(text, ','));
-    cells.ok_or_else(|| "give one whole number, or three with commas".into())
+    cells.ok_or_else(|| format!("give one whole number from 1 to {MAX_CELLS}, or three with commas"))
 }
 
 fn dims(text: &str) -> Result<[u32; 3], String> {

@@ -9,6 +9,7 @@ use crate::field::{Field, Sense};
 use crate::grid::{Grid, GridError};
 use crate::volume::{self, OpenOptions, RawLayout, Volume};
 use glam::Vec3;
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// Cells an axis unless the user says.
@@ -96,8 +97,14 @@ fn load_wgsl(args: &SourceArgs, path: &Path) -> Result<(Loaded, Vec<String>), Fa
         )));
     }
     let grid = grid(args, HALF_EDGE)?;
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| Failure::run(format!("{} cannot be read: {e}", path.display())))?;
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        let remedy = match e.kind() {
+            ErrorKind::InvalidData => "save it as UTF-8 text",
+            ErrorKind::NotFound => "check the name",
+            _ => "check that it is a file that you may read",
+        };
+        Failure::run(format!("{} cannot be read: {e}; {remedy}", path.display()))
+    })?;
     let sense = args.inside.map_or(Sense::Below, Sense::from);
     let field = UserField::new(&text, &args.source, sense).map_err(Failure::run)?;
     Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0 }, Vec::new()))
@@ -106,7 +113,7 @@ fn load_wgsl(args: &SourceArgs, path: &Path) -> Result<(Loaded, Vec<String>), Fa
 /// A remark where neighbouring points of the grid are hardly different numbers.
 pub fn precision_remark(grid: &Grid) -> Option<String> {
     let far = grid.position(grid.cells().as_vec3()).abs().max(grid.origin().abs()).max_element();
-    let units = grid.shortest_step() / (far * f32::EPSILON);
+    let units = grid.shortest_step() / (f64::from(far) * f64::from(f32::EPSILON));
     (units < 16.0).then(|| {
         format!("the grid's steps are {units:.1} units in the last place of its coordinates (32-bit floats): vertices will \
                  fall together; move the grid towards the origin or coarsen it")

@@ -21,7 +21,7 @@ mod style;
 mod wire;
 
 pub use bounds::gpu_bounds;
-pub use camera::{Camera, MAX_PIXELS, MAX_SIDE, View};
+pub use camera::{Camera, MAX_PIXELS, MAX_SIDE, View, picture_bytes};
 pub use error::RenderError;
 pub use gpu::Renderer;
 pub use label::{LETTER, label};

@@ -35,7 +35,7 @@ const NO_LOOPS: &str = "fn report_runaway() {}\n";
 /// Where the stages find samples and normals.
 #[derive(Debug, Clone, Copy)]
 pub enum Samples<'a> {
-    /// In the planes of a volume.
+    /// In a box of a volume.
     Volume,
     /// In the bricks that the sample stage wrote of a field.
     Field(&'a Wgsl),

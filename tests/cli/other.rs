@@ -62,3 +62,22 @@ fn compare_agrees() {
     assert!(run.out.contains("equal bit for bit") && !run.out.contains("DISAGREES"), "{}", run.out);
     done(here.path(), &["compare", volume().to_str().expect("UTF-8"), "-I", "40"]);
 }
+
+#[test]
+fn compare_says_what_extract_says() {
+    if cpu_alone() {
+        return;
+    }
+    let here = folder();
+    let run = isoforge(here.path(), &["compare", "cube", "-n", "8", "--bounds", "1e6,0,0,1000001,1,1"]);
+    assert!(run.err.contains("units in the last place"), "{}", run.err);
+}
+
+#[test]
+fn a_bench_without_rows_fails() {
+    let here = folder();
+    let args = ["bench", "-q", "-n", "1048576", "--cases", "sphere", "--backend", "cpu", "--json", "-"];
+    let run = isoforge(here.path(), &args);
+    assert!(run.code == Some(1) && run.err.contains("nothing was measured"), "{}", run.err);
+    assert!(run.out.contains("32-bit"), "the report says why: {}", run.out);
+}

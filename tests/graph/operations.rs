@@ -48,6 +48,9 @@ fn check(name: &str, expr: &Expr, value: impl Fn([f64; 3]) -> f64, smooth: impl 
     for (i, (&p, &own)) in points.iter().zip(&own).enumerate() {
         let p = p.map(f64::from);
         let expected = value(p);
+        // Beyond the largest `f32` is infinity.
+        let expected =
+            if expected.abs() > f64::from(f32::MAX) { f64::INFINITY * expected.signum() } else { expected };
         let near = (f64::from(own) - expected).abs() <= 1e-5 * expected.abs().max(0.1);
         assert!(
             near || (own.is_nan() && expected.is_nan()) || f64::from(own) == expected,
@@ -60,7 +63,7 @@ fn check(name: &str, expr: &Expr, value: impl Fn([f64; 3]) -> f64, smooth: impl 
             low[k] -= step;
             high[k] += step;
             let difference = (value(high) - value(low)) / (2.0 * step);
-            if difference.is_finite() && smooth(p) {
+            if difference.abs() < 1e30 && smooth(p) {
                 let slope = f64::from(slopes[3 * i + k]);
                 let near = (slope - difference).abs() <= 1e-3 * difference.abs().max(1.0);
                 assert!(near, "{name} at {p:?}, by {k}: {slope}, not {difference}");
@@ -94,8 +97,16 @@ fn check(name: &str, expr: &Expr, value: impl Fn([f64; 3]) -> f64, smooth: impl 
     let [of_gpu, of_cpu] = [on_gpu::gradients(gpu, &field, &points), slopes.as_chunks().0.to_vec()]
         .map(|g| g.iter().map(finite).collect::<Vec<_>>());
     same_bits(&format!("gradients of {name}"), of_gpu.as_flattened(), of_cpu.as_flattened());
+    // Bounds need only hold: Mesa reorders what widens them.
     let on_gpu = on_gpu::intervals(gpu, &field, &boxes);
-    same_bits(&format!("intervals of {name}"), on_gpu.as_flattened(), bounds.as_flattened());
+    for ((a, b), region) in
+        on_gpu.as_flattened().iter().zip(bounds.as_flattened()).zip(boxes.iter().flat_map(|b| [b, b]))
+    {
+        assert!(
+            (a - b).abs() <= 1e-6 * b.abs().max(1.0) || a == b,
+            "interval of {name} in {region:?}: {a} {b}"
+        );
+    }
 }
 
 #[test]
