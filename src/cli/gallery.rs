@@ -35,7 +35,7 @@ pub fn run(args: &GalleryArgs) -> Result<(), Failure> {
         let at = [(corner[0] + args.cell / 2).saturating_sub(half_width), corner[1] + args.cell + GAP];
         render::label(&mut sheet, definition.name, at, INK);
     }
-    render::save_png(&sheet, &args.output).map_err(Failure::run)?;
+    render::save_png(sheet, &args.output).map_err(Failure::run)?;
     say(format_args!("{}: {} fields, {width}x{height} pixels", args.output.display(), fields.len()));
     Ok(())
 }

@@ -28,7 +28,7 @@ pub const BOY: Definition = Definition {
             let (s, w, zzzz) = (&xx + &yy, (1.0 - z()) * z(), zz.square());
             let y_lobes = (y() * z()) * (&yy + &xx * -3.0);
             let x_lobes = (x() * z()) * (xx + yy * -3.0);
-            // Factors are multiplied out, and each sum is in an order that Mesa leaves as it is.
+            // The factors of the formula, multiplied out where that saves operations.
             let first = w.square() * (&w * 64.0 + (&s * -144.0 + &zz * -96.0));
             let inner = y_lobes * (432.0 * SQRT_2) + &zzzz * 48.0;
             let second = w * (&s * (&s * 324.0 + &zz * -288.0) + inner);

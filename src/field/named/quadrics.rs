@@ -1,5 +1,4 @@
-//! Surfaces of second degree. Sums are in an order that Mesa leaves as it is, so that lavapipe gives the bits of
-//! the CPU: `(a·b + c·d) + e` would become `a·b + (c·d + e)`.
+//! Surfaces of second degree.
 
 use super::{Definition, Parameter, any, positive};
 use crate::field::Sense;
@@ -52,7 +51,7 @@ const HALF_AXES: &[Parameter] = &[
 
 /// x²/a² + y²/b² − z²/c²: a hyperboloid of one sheet above 0, of two below, and their common cone at 0.
 fn hyperboloid(p: &[Expr]) -> Expr {
-    over(x(), &p[0]) + (over(y(), &p[1]) - over(z(), &p[2]))
+    (over(x(), &p[0]) + over(y(), &p[1])) - over(z(), &p[2])
 }
 
 /// Closed.
@@ -92,13 +91,13 @@ const WIDTHS: &[Parameter] = &[positive("a", "width along x", 1.0), positive("b"
 /// A saddle.
 pub const HYPERBOLIC_PARABOLOID: Definition =
     quadric("hyperbolic_paraboloid", "x²/a² − y²/b² − z", WIDTHS, |p| {
-        over(x(), &p[0]) + (y().square() * (-1.0 / p[1].square()) - z())
+        (over(x(), &p[0]) - over(y(), &p[1])) - z()
     });
 
 /// A bowl.
 pub const ELLIPTIC_PARABOLOID: Definition =
     quadric("elliptic_paraboloid", "x²/a² + y²/b² − z", WIDTHS, |p| {
-        over(x(), &p[0]) + (over(y(), &p[1]) - z())
+        (over(x(), &p[0]) + over(y(), &p[1])) - z()
     });
 
 const SLOPES: &[Parameter] = &[

@@ -9,9 +9,9 @@ fn term(c: &Expr, a: &Expr, e: &Expr) -> Expr {
     (c * (1.0 / a)).abs().pow(2.0 / e)
 }
 
-/// `|x/a₁|^(2/e₂) + |y/a₂|^(2/e₂)`, never quite 0: the slope of a root of it is not known there.
+/// `|x/a₁|^(2/e₂) + |y/a₂|^(2/e₂)`.
 fn section([a, b]: [&Expr; 2], e2: &Expr) -> Expr {
-    (term(&x(), a, e2) + term(&y(), b, e2)).max(1e-30)
+    term(&x(), a, e2) + term(&y(), b, e2)
 }
 
 /// `(|…|^(e₂/e₁) + |z/a₃|^(2/e₁))^(e₁/2)`; the surface is at 1. Of a₁ a₂ a₃ e₁ e₂.
