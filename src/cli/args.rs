@@ -27,6 +27,8 @@ pub enum Command {
     Info,
     /// List the named fields with their formulas and parameters
     Fields,
+    /// Draw every named field into one PNG
+    Gallery(GalleryArgs),
     /// Run GPU and CPU stage by stage and tell what agrees; exit 1 if something does not
     Compare(CompareArgs),
     /// Measure every stage and the whole, on CPU and GPU, and the adapter's copy bandwidth
@@ -224,6 +226,25 @@ pub struct PictureArgs {
     /// Draw the triangles' edges on top
     #[arg(long)]
     pub wireframe: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct GalleryArgs {
+    /// The picture to write
+    #[arg(short, long, value_name = "FILE.png")]
+    pub output: PathBuf,
+
+    /// Width and height of each field's picture in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 192, value_parser = clap::value_parser!(u32).range(32..=2048))]
+    pub cell: u32,
+
+    /// Pictures in a row
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub columns: u32,
+
+    /// Cells along each axis of each field's grid
+    #[arg(short = 'n', long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub cells: u32,
 }
 
 #[derive(Debug, Args)]
