@@ -137,7 +137,7 @@ fn each_chunk(
     mut take: impl FnMut(&[Stored], Range<usize>),
 ) {
     let [group_list, list] = lists;
-    let mut open = vec![0..points.x.len()];
+    let mut open: Vec<Range<usize>> = std::iter::once(0..points.x.len()).collect();
     while let Some(range) = open.pop() {
         let around = corners(points, &range);
         if range.len() > 1 && is_wide(from, around) {
