@@ -50,7 +50,8 @@ fn fields() -> Vec<(String, Wgsl)> {
     });
     let users = users.into_iter().map(|(name, source)| {
         let field = UserField::new(source, name, Sense::Below).unwrap_or_else(|e| panic!("{e}"));
-        (format!("user: {name}"), field.wgsl().unwrap())
+        // As they are written: as expressions they are like the named ones.
+        (format!("user: {name}"), field.as_written().wgsl().unwrap())
     });
     // One that reads data.
     let reads = isoforge::field::Wgsl {

@@ -38,15 +38,18 @@ pub enum Command {
 /// What is meshed, and where.
 #[derive(Debug, Args)]
 pub struct SourceArgs {
-    /// A field's name (see `isoforge fields`), a .wgsl file with `fn density(p: vec3<f32>) -> f32`,
-    /// or a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr .raw .bin
+    /// A field's name (see `isoforge fields`), a formula like 'sqrt(x^2 + y^2 + z^2) - r',
+    /// a .wgsl file with `fn density(p: vec3<f32>) -> f32`,
+    /// a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr .raw .bin, or a molecule or other points, which become
+    /// blobs: .pdb .xyz .csv (also .gz) .ply
     pub source: String,
 
-    /// The iso value, in the units of the samples [default: the field's own; volumes need it]
+    /// The iso value, in the units of the samples [default: the field's own, or 0; 0.5 for points; volumes need it]
     #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
     pub iso: Option<f32>,
 
-    /// Cells along each axis of a field's grid: one number, or x,y,z [default: 128]
+    /// Cells along each axis of a field's grid: one number, or x,y,z [default: 128; of points one number is for
+    /// the longest axis]
     #[arg(short = 'n', long, value_name = "N", value_parser = cells, allow_hyphen_values = true)]
     pub cells: Option<[u32; 3]>,
 
@@ -58,13 +61,59 @@ pub struct SourceArgs {
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = bounds, allow_hyphen_values = true)]
     pub bounds: Option<[Vec3; 2]>,
 
-    /// A field's parameter, as in `--param R=0.8`; may be repeated
+    /// A named field's or a formula's parameter, as in `--param R=0.8`; may be repeated
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parameter)]
     pub parameters: Vec<(String, f64)>,
 
-    /// Which side of iso is inside [default: below for fields, above for volumes]
+    /// Which side of iso is inside [default: below for fields, above for volumes and points]
     #[arg(long, value_enum)]
     pub inside: Option<Side>,
+
+    #[command(flatten)]
+    pub blobs: BlobArgs,
+}
+
+/// How points become a field.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Points")]
+pub struct BlobArgs {
+    /// How a point's blob falls with the distance
+    #[arg(long, value_enum, value_name = "KERNEL")]
+    pub kernel: Option<KernelArg>,
+
+    /// The radius of every point of a file that has none; molecules have their elements' [default: 1]
+    #[arg(long, value_name = "RADIUS", allow_negative_numbers = true)]
+    pub radius: Option<f32>,
+
+    /// How far blobs reach, in radii [default: so far that a lone point's surface lies at its radius; 3 for
+    /// inverse-square]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    pub support: Option<f32>,
+}
+
+impl BlobArgs {
+    /// A flag that was given, if any.
+    pub fn given(&self) -> Option<&'static str> {
+        let flags = [
+            (self.kernel.is_some(), "--kernel"),
+            (self.radius.is_some(), "--radius"),
+            (self.support.is_some(), "--support"),
+        ];
+        flags.into_iter().find(|(given, _)| *given).map(|(_, flag)| flag)
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+pub enum KernelArg {
+    /// Wyvill's soft object
+    #[default]
+    Soft,
+    /// Nishimura's metaball
+    Metaball,
+    /// Blinn's exponential, cut off at a thousandth
+    Blobby,
+    /// 1/r², weighted so that a lone point's surface lies at its radius
+    InverseSquare,
 }
 
 /// How a .raw or .bin file is laid out.

@@ -24,7 +24,7 @@ pub fn choose(args: &RunArgs, source: &Source<'_>) -> Result<(Option<Gpu>, Optio
             .map_err(|error| Failure::run(with_hint(&error.into(), source))),
         Backend::Auto if gpu_alone(source) => match open(AdapterChoice::Best) {
             Ok(gpu) => Ok((Some(gpu), None)),
-            Err(error) => Err(Failure::run(format!("only a GPU evaluates a WGSL function, and {error}"))),
+            Err(error) => Err(Failure::run(format!("only a GPU evaluates this WGSL function, and {error}"))),
         },
         Backend::Auto => match open(AdapterChoice::Hardware) {
             Ok(gpu) => Ok((Some(gpu), None)),

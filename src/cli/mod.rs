@@ -5,6 +5,7 @@
 mod args;
 mod backend;
 mod bench;
+mod blobs;
 mod check;
 mod compare;
 mod extract;

@@ -84,6 +84,11 @@ impl Expr {
         Self::new(Node::Binary(op, a.into(), b.into()))
     }
 
+    /// Whether both are one and the same part.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
     /// A function of the point that is no combination of operations.
     pub fn leaf(leaf: Arc<dyn Leaf>) -> Self {
         Self::new(Node::Leaf(leaf))

@@ -5,9 +5,13 @@
 //! exact gradients and bounds, on the CPU ([`eval`], [`interval`]) and as WGSL ([`wgsl`]). Every operation
 //! is defined in one place, [`ops`]. Parameters lie in a buffer: changing one compiles nothing.
 
+pub mod blobs;
+mod compound;
 pub mod eval;
 mod expr;
 mod field;
+pub mod formula;
+pub mod from_wgsl;
 pub mod interval;
 pub mod leaf;
 pub mod lower;

@@ -36,6 +36,19 @@ fn names_and_endings() {
 }
 
 #[test]
+fn formulas() {
+    refused(&["extract", "length(x, y, z) - r"], 2, &["`r`", "--param r=0.8", "^"]);
+    refused(&["extract", "lenght(x, y, z) - 1"], 2, &["did you mean `length`", "\n  lenght(x"]);
+    refused(&["extract", "2x + y"], 2, &["`2*x`", "^"]);
+    refused(&["extract", "x - r", "--param", "r=1", "--param", "q=2"], 2, &["--param q", "leave"]);
+    refused(&["extract", "x - r", "--param", "r=inf"], 2, &["finite"]);
+    refused(&["extract", "x - r", "--param", "r=1", "-o", "a.xyz"], 2, &["a.xyz"]);
+    refused(&["extract", ""], 2, &["empty"]);
+    // What looks like a file is taken for one.
+    refused(&["extract", "my scans/head (2).dcm"], 2, &["ending"]);
+}
+
+#[test]
 fn numbers() {
     refused(&["extract", "sphere", "-n", "0"], 2, &["-n", "0 cells", "1 to"]);
     refused(&["extract", "sphere", "-n", "4000000000"], 2, &["-n", "1 to"]);
@@ -115,12 +128,13 @@ fn user_functions() {
     );
     refused(&["extract", "missing.wgsl"], 1, &["missing.wgsl", "check the name"]);
     refused_with(&[("a.wgsl", b"// gr\xf6\xdfe\n")], &["extract", "a.wgsl"], 1, &["a.wgsl", "UTF-8"]);
-    let good = b"fn density(p: vec3<f32>) -> f32 { return p.x; }\n";
+    let open =
+        b"fn density(p: vec3<f32>) -> f32 {\n var s = p.x;\n while s < 0.0 { s += 1.0; } return s; }\n";
     refused_with(
-        &[("a.wgsl", good)],
+        &[("a.wgsl", open)],
         &["extract", "a.wgsl", "--backend", "cpu", "-o", "a.ply"],
         1,
-        &["--backend gpu"],
+        &["--backend gpu", "note: density stays on the GPU: `while` at line 3 has no known bound"],
     );
     if !cpu_alone() {
         let endless = b"fn density(p: vec3<f32>) -> f32 {\n var s = p.x;\n loop { if s > 1e30 { break; } }\n return s; }\n";

@@ -46,6 +46,27 @@ fn writes_every_format_and_a_picture_on_both_backends() {
 }
 
 #[test]
+fn a_formula_is_a_field() {
+    let here = folder();
+    let formula = "sqrt(x^2 + y^2 +\n z^2) - r";
+    done(
+        here.path(),
+        &["extract", formula, "--param", "r=0.8", "-n", "24", "-o", "a.ply", "--backend", "cpu"],
+    );
+    done(here.path(), &["extract", "sphere", "-I", "0.8", "-n", "24", "-o", "b.ply", "--backend", "cpu"]);
+    let report = |file| {
+        let check = done(here.path(), &["check", file, "--json"]);
+        serde_json::from_str::<Value>(&check.out).expect("one JSON object")
+    };
+    assert_eq!(report("a.ply")["triangles"], report("b.ply")["triangles"]);
+    assert_eq!(report("a.ply")["boundary_edges"], 0);
+    if !cpu_alone() {
+        let run = done(here.path(), &["compare", "x*y + sin(4*z)/2", "-n", "16"]);
+        assert!(run.out.contains("sin(4*z)/2, iso 0"), "{}", run.out);
+    }
+}
+
+#[test]
 fn stats_have_their_keys() {
     let here = folder();
     let volume = volume();

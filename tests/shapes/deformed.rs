@@ -113,7 +113,7 @@ fn repeated() {
         let deform = |e: Expr| e.repeat(Axis::Y, parameter(0.4), limit).unwrap();
         for (p, q) in points.iter().zip(sources(deform, &points)) {
             let p = DVec3::from(p.map(f64::from));
-            let cell = ((p.y / 0.4).round() as f64).clamp(-most, most);
+            let cell = (p.y / 0.4).round().clamp(-most, most);
             let expected = DVec3::new(p.x, p.y - 0.4 * cell, p.z);
             // Between cells either will do.
             let shifted = DVec3::new(0.0, 0.4, 0.0);
