@@ -46,6 +46,7 @@ mod atomic;
 pub mod bench;
 pub mod cli;
 pub mod compare;
+pub mod components;
 mod excerpt;
 pub mod extract;
 pub mod field;

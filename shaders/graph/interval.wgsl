@@ -147,6 +147,6 @@ fn iv_atan2(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
     let r = iso_atan2(a.y, b.x);
     let s = iso_atan2(a.y, b.y);
     let ends = vec2<f32>(min(min(p, q), min(r, s)), max(max(p, q), max(r, s)));
-    let most = vec2<f32>(-3.1416f, 3.1416f);
+    let most = vec2<f32>(-3.15f, 3.15f);
     return iv_grown(select(ends, most, whole), iv_bounded(a) && iv_bounded(b), 1e-5f, 1e-6f);
 }

@@ -214,7 +214,8 @@ fn iso_acos(x: f32) -> f32 {
     return iso_nan_if(bits > ISO_ONE, iso_turned(angle, half_turns));
 }
 
-fn iso_atan_of_ratio(y: f32, x: f32) -> f32 {
+// Angle, and how many times π more.
+fn iso_atan_of_ratio(y: f32, x: f32) -> vec2<f32> {
     let low = y <= 0.41421357 * x;
     let middle = y <= 2.4142137 * x;
     let over = select(select(-x, y, low), y - x, middle && !low);
@@ -223,13 +224,14 @@ fn iso_atan_of_ratio(y: f32, x: f32) -> f32 {
     let w = iso_flushed(over / under);
     let z = w * w;
     let p = -0.33333316 + z * (0.19998528 + z * (-0.14244388 + z * (0.1059912 + z * -0.06089863)));
-    return iso_turned(w + (w * z) * p, half_turns);
+    return vec2<f32>(w + (w * z) * p, half_turns);
 }
 
 fn iso_atan(x: f32) -> f32 {
     let bits = iso_flushed_magnitude(x);
     let a = bitcast<f32>(select(bits, 0x70000000u, bits > 0x70000000u));
-    return iso_nan_if(iso_is_nan(x), iso_with_sign_of(iso_atan_of_ratio(a, 1.0), x));
+    let parts = iso_atan_of_ratio(a, 1.0);
+    return iso_nan_if(iso_is_nan(x), iso_with_sign_of(iso_turned(parts.x, parts.y), x));
 }
 
 fn iso_atan2(y: f32, x: f32) -> f32 {
@@ -242,9 +244,9 @@ fn iso_atan2(y: f32, x: f32) -> f32 {
     let scale = select(select(1.0, 5.421011e-20, most >= 0x5f800000u), 18446744073709551616.0, most < 0x1f800000u);
     let a = iso_flushed(bitcast<f32>(a_bits) * scale);
     let b = iso_flushed(bitcast<f32>(b_bits) * scale);
-    let right = iso_atan_of_ratio(a, select(b, 1.0, most == 0u));
+    let parts = iso_atan_of_ratio(a, select(b, 1.0, most == 0u));
     let left = bitcast<u32>(x) >= ISO_SIGN;
-    let angle = iso_turned(select(right, -right, left), select(0.0, 1.0, left));
+    let angle = iso_turned(select(parts.x, -parts.x, left), select(parts.y, 1.0 - parts.y, left));
     return iso_nan_if(iso_is_nan(x) || iso_is_nan(y), iso_with_sign_of(angle, y));
 }
 

@@ -27,6 +27,8 @@ pub enum Command {
     Info,
     /// List the named fields with their formulas and parameters
     Fields,
+    /// Draw every named field into one PNG
+    Gallery(GalleryArgs),
     /// Run GPU and CPU stage by stage and tell what agrees; exit 1 if something does not
     Compare(CompareArgs),
     /// Measure every stage and the whole, on CPU and GPU, and the adapter's copy bandwidth
@@ -38,14 +40,16 @@ pub enum Command {
 pub struct SourceArgs {
     /// A field's name (see `isoforge fields`), a formula like 'sqrt(x^2 + y^2 + z^2) - r',
     /// a .wgsl file with `fn density(p: vec3<f32>) -> f32`,
-    /// or a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr .raw .bin
+    /// a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr .raw .bin, or a molecule or other points, which become
+    /// blobs: .pdb .xyz .csv (also .gz) .ply
     pub source: String,
 
-    /// The iso value, in the units of the samples [default: the field's own, or 0; volumes need it]
+    /// The iso value, in the units of the samples [default: the field's own, or 0; 0.5 for points; volumes need it]
     #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
     pub iso: Option<f32>,
 
-    /// Cells along each axis of a field's grid: one number, or x,y,z [default: 128]
+    /// Cells along each axis of a field's grid: one number, or x,y,z [default: 128; of points one number is for
+    /// the longest axis]
     #[arg(short = 'n', long, value_name = "N", value_parser = cells, allow_hyphen_values = true)]
     pub cells: Option<[u32; 3]>,
 
@@ -61,9 +65,55 @@ pub struct SourceArgs {
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parameter)]
     pub parameters: Vec<(String, f64)>,
 
-    /// Which side of iso is inside [default: below for fields, above for volumes]
+    /// Which side of iso is inside [default: below for fields, above for volumes and points]
     #[arg(long, value_enum)]
     pub inside: Option<Side>,
+
+    #[command(flatten)]
+    pub blobs: BlobArgs,
+}
+
+/// How points become a field.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Points")]
+pub struct BlobArgs {
+    /// How a point's blob falls with the distance
+    #[arg(long, value_enum, value_name = "KERNEL")]
+    pub kernel: Option<KernelArg>,
+
+    /// The radius of every point of a file that has none; molecules have their elements' [default: 1]
+    #[arg(long, value_name = "RADIUS", allow_negative_numbers = true)]
+    pub radius: Option<f32>,
+
+    /// How far blobs reach, in radii [default: so far that a lone point's surface lies at its radius; 3 for
+    /// inverse-square]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    pub support: Option<f32>,
+}
+
+impl BlobArgs {
+    /// A flag that was given, if any.
+    pub fn given(&self) -> Option<&'static str> {
+        let flags = [
+            (self.kernel.is_some(), "--kernel"),
+            (self.radius.is_some(), "--radius"),
+            (self.support.is_some(), "--support"),
+        ];
+        flags.into_iter().find(|(given, _)| *given).map(|(_, flag)| flag)
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+pub enum KernelArg {
+    /// Wyvill's soft object
+    #[default]
+    Soft,
+    /// Nishimura's metaball
+    Metaball,
+    /// Blinn's exponential, cut off at a thousandth
+    Blobby,
+    /// 1/r², weighted so that a lone point's surface lies at its radius
+    InverseSquare,
 }
 
 /// How a .raw or .bin file is laid out.
@@ -176,6 +226,25 @@ pub struct PictureArgs {
     /// Draw the triangles' edges on top
     #[arg(long)]
     pub wireframe: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct GalleryArgs {
+    /// The picture to write
+    #[arg(short, long, value_name = "FILE.png")]
+    pub output: PathBuf,
+
+    /// Width and height of each field's picture in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 192, value_parser = clap::value_parser!(u32).range(32..=2048))]
+    pub cell: u32,
+
+    /// Pictures in a row
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub columns: u32,
+
+    /// Cells along each axis of each field's grid
+    #[arg(short = 'n', long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub cells: u32,
 }
 
 #[derive(Debug, Args)]

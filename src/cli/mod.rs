@@ -5,9 +5,11 @@
 mod args;
 mod backend;
 mod bench;
+mod blobs;
 mod check;
 mod compare;
 mod extract;
+mod gallery;
 mod lists;
 mod picture;
 mod progress;
@@ -56,6 +58,7 @@ pub fn run() -> i32 {
         Command::Check(args) => check::run(args),
         Command::Info => lists::info(),
         Command::Fields => lists::fields(),
+        Command::Gallery(args) => gallery::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Bench(args) => bench::run(args),
     };

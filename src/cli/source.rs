@@ -1,7 +1,9 @@
-//! What the first argument is: a field's name, a formula, a WGSL file, or a volume.
+//! What the first argument is: a field's name, a formula, a WGSL file, a volume, or points.
 
 use super::Failure;
 use super::args::{RawArgs, SourceArgs};
+use super::blobs::load_components;
+use crate::components;
 use crate::extract::{Options, Source};
 use crate::field::named::{self, Named};
 use crate::field::user::UserField;
@@ -14,7 +16,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 /// Cells an axis unless the user says.
-const CELLS: u32 = 128;
+pub(super) const CELLS: u32 = 128;
 /// Half the edge of the cube unless the user or the field says.
 const HALF_EDGE: f32 = 1.5;
 
@@ -61,6 +63,12 @@ pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<(Loa
             args.source
         )));
     }
+    if components::is_component_ending(path) {
+        return load_components(args, path, memory_budget);
+    }
+    if let Some(flag) = args.blobs.given() {
+        return Err(Failure::usage(format!("{flag} is for points: {}", components::ENDINGS.join(" "))));
+    }
     let ending = path.extension().map(|e| e.to_ascii_lowercase());
     if ending.as_deref().is_some_and(|e| e == "wgsl") {
         return load_wgsl(args, path);
@@ -76,9 +84,10 @@ pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<(Loa
     if ending.is_some() || args.source.contains(['/', '\\']) || path.exists() {
         return Err(Failure::usage(format!(
             "{}: this ending is none that is read; a source is a field's name (see `isoforge fields`), a formula, \
-             a .wgsl file, or a volume ({})",
+             a .wgsl file, a volume ({}), or points ({})",
             args.source,
-            volume::ENDINGS.join(" ")
+            volume::ENDINGS.join(" "),
+            components::ENDINGS.join(" ")
         )));
     }
     load_named(args)
@@ -106,7 +115,11 @@ fn load_formula(args: &SourceArgs, expr: &Expr) -> Result<(Loaded, Vec<String>),
 
 fn load_named(args: &SourceArgs) -> Result<(Loaded, Vec<String>), Failure> {
     let mut field = Named::new(&args.source).map_err(|e| {
-        Failure::usage(format!("{e}; a file needs one of the endings .wgsl {}", volume::ENDINGS.join(" ")))
+        Failure::usage(format!(
+            "{e}; a file needs one of the endings .wgsl {} {}",
+            volume::ENDINGS.join(" "),
+            components::ENDINGS.join(" ")
+        ))
     })?;
     for (name, value) in &args.parameters {
         field = field.with(name, *value).map_err(Failure::usage)?;

@@ -314,9 +314,10 @@ pub fn acos(x: f32) -> f32 {
     nan_if(bits > ONE, turned(angle, if above { far } else { 0.5 }))
 }
 
-/// The arc tangent of y / x, neither of them negative, nor both zero.
+/// The arc tangent of y / x, neither of them negative, nor both zero: an angle from -π/8 to π/8, and how many
+/// times π more.
 #[inline(always)]
-fn atan_of_ratio(y: f32, x: f32) -> f32 {
+fn atan_of_ratio(y: f32, x: f32) -> (f32, f32) {
     // tan(π/8) and tan(3π/8): between them the angle from π/4, above them that from π/2.
     let (low, middle) = (y <= 0.414_213_57 * x, y <= 2.414_213_7 * x);
     let over = if low { y } else { -x };
@@ -327,7 +328,7 @@ fn atan_of_ratio(y: f32, x: f32) -> f32 {
     let half_turns = if low { 0.0 } else { half_turns };
     let w = flushed(over / under);
     let z = w * w;
-    turned(w + (w * z) * (T3 + z * (T5 + z * (T7 + z * (T9 + z * T11)))), half_turns)
+    (w + (w * z) * (T3 + z * (T5 + z * (T7 + z * (T9 + z * T11)))), half_turns)
 }
 
 const T3: f32 = -0.333_333_16;
@@ -343,7 +344,8 @@ pub fn atan(x: f32) -> f32 {
     const LARGE: u32 = 0x7000_0000;
     let bits = flushed_magnitude(x);
     let a = f32::from_bits(if bits > LARGE { LARGE } else { bits });
-    nan_if(is_nan(x), with_sign_of(atan_of_ratio(a, 1.0), x))
+    let (angle, half_turns) = atan_of_ratio(a, 1.0);
+    nan_if(is_nan(x), with_sign_of(turned(angle, half_turns), x))
 }
 
 /// The angle of the point (x, y), in radians from -π to π, relative error at most 1.7e-7; 0 or ±π at the origin,
@@ -363,8 +365,9 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     let scale = if most < SMALL { 18_446_744_073_709_551_616.0 } else { scale };
     let (a, b) = (f32::from_bits(a) * scale, f32::from_bits(b) * scale);
     let (a, b) = (f32::from_bits(flushed_magnitude(a)), f32::from_bits(flushed_magnitude(b)));
-    let angle = atan_of_ratio(a, if most == 0 { 1.0 } else { b });
-    let (angle, half_turns) = if x.to_bits() >= SIGN { (-angle, 1.0) } else { (angle, 0.0) };
+    let (right, half_turns) = atan_of_ratio(a, if most == 0 { 1.0 } else { b });
+    let left = x.to_bits() >= SIGN;
+    let (angle, half_turns) = if left { (-right, 1.0 - half_turns) } else { (right, half_turns) };
     nan_if(is_nan(x) || is_nan(y), with_sign_of(turned(angle, half_turns), y))
 }
 

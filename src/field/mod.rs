@@ -129,6 +129,11 @@ pub trait Field: Send + Sync + fmt::Debug {
         Within { range: ALL, field: None }
     }
 
+    /// The bounds of [`Field::within`] alone.
+    fn range(&self, region: [Interval; 3]) -> Interval {
+        self.within(region).range
+    }
+
     /// The field as WGSL.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 //! No operation fuses a product and a sum, and the order of operations is that of the WGSL, so that both
 //! give the same bits where the GPU does not contract.
 
-use super::leaf::{DualSlices, Leaf};
+use super::leaf::{DualSlices, Leaf, gradients_alone};
 use super::ops::{VisitBinary, VisitUnary};
 use super::tape::{Code, Instruction, Op, Operand};
 use crate::field::Points;
@@ -72,6 +72,10 @@ pub fn values(
     registers: &mut Vec<Lanes>,
     out: &mut [f32],
 ) {
+    // A leaf alone gets all points at once.
+    if let Some(leaf) = code.only_leaf() {
+        return leaf.values(points, out);
+    }
     if registers.len() < code.registers {
         registers.resize(code.registers, [0.0; LANES]);
     }
@@ -86,7 +90,7 @@ fn run_values(code: &Code, uniforms: &[f32], points: Points<'_>, registers: &mut
             register[..out.len()].copy_from_slice(&axis[own.clone()]);
         }
         for (instruction, to) in &code.instructions {
-            value_of(instruction, *to as usize, uniforms, &code.leaves, registers);
+            value_of(instruction, *to as usize, uniforms, &code.leaves, registers, out.len());
         }
         match code.root {
             Operand::Uniform(i) => out.fill(uniforms[i as usize]),
@@ -104,6 +108,7 @@ fn value_of(
     uniforms: &[f32],
     leaves: &[Arc<dyn Leaf>],
     registers: &mut [Lanes],
+    count: usize,
 ) {
     let register = |operand| match operand {
         Operand::Value(i) => i as usize,
@@ -164,7 +169,9 @@ fn value_of(
                 _ => [uniform(operand); LANES],
             };
             let [x, y, z] = [a, b, c].map(|operand| lanes(registers, operand));
-            leaves[leaf as usize].values(Points { x: &x, y: &y, z: &z }, &mut registers[to]);
+            // Leaves get the points alone: what lies in the other lanes may be anywhere.
+            let at = Points { x: &x[..count], y: &y[..count], z: &z[..count] };
+            leaves[leaf as usize].values(at, &mut registers[to][..count]);
         }
     }
 }
@@ -177,6 +184,9 @@ pub fn gradients(
     registers: &mut Vec<Dual>,
     out: &mut [[f32; 3]],
 ) {
+    if let Some(leaf) = code.only_leaf() {
+        return gradients_alone(&**leaf, points, out);
+    }
     if registers.len() < code.registers {
         registers.resize(code.registers, [[0.0; LANES]; 4]);
     }
@@ -199,15 +209,21 @@ fn run_gradients(
             registers[k][1 + k] = [1.0; LANES];
         }
         for (instruction, to) in &code.instructions {
-            gradient_of(instruction, *to as usize, uniforms, &code.leaves, registers);
+            gradient_of(instruction, *to as usize, uniforms, &code.leaves, registers, out.len());
         }
         for (i, out) in out.iter_mut().enumerate() {
             *out = match code.root {
-                Operand::Value(r) => [1, 2, 3].map(|k| registers[r as usize][k][i]),
+                Operand::Value(r) => [1, 2, 3].map(|k| unsigned_zero(registers[r as usize][k][i])),
                 _ => [0.0; 3],
             };
         }
     }
+}
+
+/// `v`, but +0 for −0: a driver that leaves out `0 + v` gets another zero than one that does not.
+#[inline(always)]
+fn unsigned_zero(v: f32) -> f32 {
+    if v == 0.0 { 0.0 } else { v }
 }
 
 /// A part of a derivative: 0 where either is 0, also where the other is infinite or NaN. So a branch that is not
@@ -280,6 +296,7 @@ fn gradient_of(
     uniforms: &[f32],
     leaves: &[Arc<dyn Leaf>],
     registers: &mut [Dual],
+    count: usize,
 ) {
     // Duals are few at a time: copies keep this simple.
     let dual = |registers: &[Dual], operand| match operand {
@@ -317,23 +334,26 @@ fn gradient_of(
             }
         }
         Op::Leaf(leaf) => {
-            let at = [a, b, c].map(|operand| dual(registers, operand));
-            let [x, y, z] = [0, 1, 2].map(|k| match &at[k] {
+            let inner = [a, b, c].map(|operand| dual(registers, operand));
+            let [x, y, z] = [0, 1, 2].map(|k| match &inner[k] {
                 Ok(dual) => dual[0],
                 Err(uniform) => [*uniform; LANES],
             });
             let [mut value, mut by_x, mut by_y, mut by_z] = [[0.0; LANES]; 4];
-            let out = DualSlices { value: &mut value, derivatives: [&mut by_x, &mut by_y, &mut by_z] };
-            leaves[leaf as usize].gradients(Points { x: &x, y: &y, z: &z }, out);
+            let derivatives = [&mut by_x[..count], &mut by_y[..count], &mut by_z[..count]];
+            let out = DualSlices { value: &mut value[..count], derivatives };
+            let at = Points { x: &x[..count], y: &y[..count], z: &z[..count] };
+            leaves[leaf as usize].gradients(at, out);
             let part = |slopes: &Lanes, at: &Result<Dual, f32>, k: usize, i: usize| match at {
                 Ok(dual) => term(slopes[i], dual[k][i]),
                 Err(_) => 0.0,
             };
-            registers[to][0] = value;
-            for k in 1..4 {
-                for i in 0..LANES {
-                    registers[to][k][i] =
-                        (part(&by_x, &at[0], k, i) + part(&by_y, &at[1], k, i)) + part(&by_z, &at[2], k, i);
+            let out = &mut registers[to];
+            out[0] = value;
+            for (k, out) in out.iter_mut().enumerate().skip(1) {
+                for (i, out) in out.iter_mut().enumerate() {
+                    *out = (part(&by_x, &inner[0], k, i) + part(&by_y, &inner[1], k, i))
+                        + part(&by_z, &inner[2], k, i);
                 }
             }
         }

@@ -1,7 +1,9 @@
 //! [`Expr`]: what fields are built of, by operators and methods. Cheap to clone, parts are shared.
 
 use super::leaf::Leaf;
+use super::lower::Program;
 use super::ops::{Binary, Unary};
+use std::collections::HashSet;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::Arc;
 
@@ -96,6 +98,23 @@ impl Expr {
     /// same parameter throughout a field; its first default counts.
     pub fn parameter(name: &str, default: f64) -> Self {
         Self::new(Node::Parameter { name: name.into(), default })
+    }
+
+    /// The number that it is, if it is made of constants alone.
+    pub fn constant(&self) -> Option<f64> {
+        if let Node::Constant(value) = *self.0 {
+            return Some(value);
+        }
+        // Most expressions are none, and show it soon.
+        let (mut seen, mut open) = (HashSet::new(), vec![self]);
+        while let Some(expr) = open.pop() {
+            match *expr.0 {
+                Node::Axis(_) | Node::Parameter { .. } | Node::Leaf(_) => return None,
+                _ if seen.insert(Arc::as_ptr(&expr.0)) => open.extend(expr.0.parts()),
+                _ => {}
+            }
+        }
+        Program::new(self).whole()
     }
 
     unary_methods! {

@@ -235,7 +235,8 @@ pub fn pow(a: Interval, b: Interval) -> Interval {
 #[inline(always)]
 pub fn atan2(a: Interval, b: Interval) -> Interval {
     use crate::field::functions::atan2;
-    const MOST: f32 = 3.1416;
+    // A little more than π.
+    const MOST: f32 = 3.15;
     let known = a.is_bounded() && b.is_bounded();
     // Round the origin or across the negative axis the angle jumps.
     let whole = b.lo <= 0.0 && a.lo <= 0.0 && a.hi >= 0.0;

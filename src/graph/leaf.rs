@@ -1,6 +1,7 @@
 //! [`Leaf`]: a function of a point that is no combination of operations, because it reads data or loops:
 //! noise, lists of blobs, sampled volumes.
 
+use super::eval::LANES;
 use super::interval::Interval;
 use crate::field::Points;
 use std::fmt;
@@ -58,4 +59,20 @@ pub struct LeafWgsl {
     pub gradient: String,
     /// `{name}_interval`.
     pub interval: String,
+}
+
+/// Of a leaf that is all of a field: its gradients at points.
+pub(super) fn gradients_alone(leaf: &dyn Leaf, points: Points<'_>, out: &mut [[f32; 3]]) {
+    for (chunk, out) in out.chunks_mut(LANES).enumerate() {
+        let own = chunk * LANES..chunk * LANES + out.len();
+        let [mut value, mut by_x, mut by_y, mut by_z] = [[0.0; LANES]; 4];
+        let n = out.len();
+        let derivatives = [&mut by_x[..n], &mut by_y[..n], &mut by_z[..n]];
+        let at = Points { x: &points.x[own.clone()], y: &points.y[own.clone()], z: &points.z[own] };
+        leaf.gradients(at, DualSlices { value: &mut value[..n], derivatives });
+        for (i, out) in out.iter_mut().enumerate() {
+            // As the sum of three terms has it, no zero is negative.
+            *out = [by_x[i] + 0.0, by_y[i] + 0.0, by_z[i] + 0.0];
+        }
+    }
 }

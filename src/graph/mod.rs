@@ -5,6 +5,7 @@
 //! exact gradients and bounds, on the CPU ([`eval`], [`interval`]) and as WGSL ([`wgsl`]). Every operation
 //! is defined in one place, [`ops`]. Parameters lie in a buffer: changing one compiles nothing.
 
+pub mod blobs;
 mod compound;
 pub mod eval;
 mod expr;
@@ -16,6 +17,7 @@ pub mod leaf;
 pub mod lower;
 mod noise;
 pub mod ops;
+pub mod shapes;
 pub mod tape;
 pub mod wgsl;
 

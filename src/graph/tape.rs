@@ -217,6 +217,18 @@ pub struct Code {
 }
 
 impl Code {
+    /// The leaf that the whole is, at the point itself, if it is one and no more.
+    pub fn only_leaf(&self) -> Option<&Arc<dyn Leaf>> {
+        match self.instructions[..] {
+            [(Instruction { op: Op::Leaf(leaf), operands }, to)]
+                if operands == [0, 1, 2].map(Operand::Value) && self.root == Operand::Value(to) =>
+            {
+                Some(&self.leaves[leaf as usize])
+            }
+            _ => None,
+        }
+    }
+
     /// Gives the tape's values registers; one is free again after its value's last use.
     pub fn new(tape: &Tape) -> Self {
         let mut last_use = vec![usize::MAX; tape.instructions.len()];

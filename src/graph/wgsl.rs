@@ -58,7 +58,10 @@ impl Writer<'_> {
     fn value_text(&self, i: &Instruction) -> String {
         let [a, b, c] = i.operands.map(|o| self.value(o));
         match i.op {
-            Op::Unary(Unary::Square) => format!("iso_exact({a} * {a})"),
+            // A root too: Mesa makes `sqrt(a) * sqrt(a)` a.
+            Op::Unary(op @ (Unary::Square | Unary::Sqrt)) => {
+                format!("iso_exact({})", fill(op.wgsl().value, &a, "", ""))
+            }
             Op::Binary(op @ (Binary::Add | Binary::Sub | Binary::Mul)) => {
                 format!("iso_exact({})", fill(op.wgsl().value, &a, &b, ""))
             }
@@ -180,7 +183,7 @@ pub fn write(program: &Program) -> Texts {
             writer.value(root)
         ),
         gradient: format!(
-            "{leaf_gradients}fn density_gradient(p: vec3<f32>) -> vec3<f32> {{\n{gradient}    return {};\n}}\n",
+            "{leaf_gradients}fn density_gradient(p: vec3<f32>) -> vec3<f32> {{\n{gradient}    return iso_unsigned_zeros({});\n}}\n",
             writer.gradient(root)
         ),
         interval: format!(

@@ -45,8 +45,8 @@ fn block_of(params: &Params, brick: UVec3) -> u32 {
     b.x + nx * (b.y + ny * b.z)
 }
 
-/// What is known of `field` in the bricks from `first` to before `end`.
-fn within(params: &Params, field: &dyn Field, first: UVec3, end: UVec3) -> Within {
+/// The box of points of the bricks from `first` to before `end`.
+fn region(params: &Params, first: UVec3, end: UVec3) -> [Interval; 3] {
     let high = (end * 8).min(UVec3::from(params.points) - 1);
     let [x, y, z] = [0, 1, 2].map(|i| Interval::new((first[i] * 8) as f32, high[i] as f32));
     let world = |k: usize| {
@@ -55,7 +55,7 @@ fn within(params: &Params, field: &dyn Field, first: UVec3, end: UVec3) -> Withi
             (along(params.step_x, x), along(params.step_y, y), along(params.step_z, z));
         iv::add(Interval::point(params.origin[k]), iv::add(iv::add(along_x, along_y), along_z))
     };
-    field.within([world(0), world(1), world(2)])
+    [world(0), world(1), world(2)]
 }
 
 fn keys(range: Interval) -> Range {
@@ -93,12 +93,16 @@ fn descend(
     if first.cmpge(extent).any() {
         return;
     }
-    let Within { range, field: simpler } = within(params, field, first, (first + side).min(extent));
-    if !straddles(params, keys(range)) {
+    let region = region(params, first, (first + side).min(extent));
+    if side == 1 {
+        // Bricks have the fields of their blocks: nothing is pruned for one.
+        if straddles(params, keys(field.range(region))) {
+            found.active.push(first.x + extent.x * (first.y + extent.y * first.z));
+        }
         return;
     }
-    if side == 1 {
-        found.active.push(first.x + extent.x * (first.y + extent.y * first.z));
+    let Within { range, field: simpler } = field.within(region);
+    if !straddles(params, keys(range)) {
         return;
     }
     let pruned = simpler.as_ref().or(pruned);
@@ -125,7 +129,7 @@ pub fn bounds(params: &Params, field: &dyn Field) -> Vec<Range> {
         .map(|brick| {
             let brick = place(brick, extent);
             let block = brick / BLOCK * BLOCK;
-            let of = |first: UVec3, end| keys(within(params, field, first, end).range);
+            let of = |first: UVec3, end| keys(field.range(region(params, first, end)));
             let whole = of(block, (block + BLOCK).min(extent));
             if straddles(params, whole) { of(brick, brick + 1) } else { whole }
         })

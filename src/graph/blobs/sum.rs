@@ -1,0 +1,262 @@
+//! Sums of components at points: values and gradients.
+
+use super::grid::Grid;
+use super::kernel::{Blobby, InverseSquare, Kernel, Metaball, Profile, SoftObject};
+use super::{Blobs, Few, Stored};
+use crate::field::Points;
+use crate::graph::leaf::DualSlices;
+use multiversion::multiversion;
+use std::cell::RefCell;
+use std::ops::Range;
+
+/// Points that are looked at together.
+const CHUNK: usize = 64;
+/// Points whose sums are kept in registers.
+const LANES: usize = 16;
+/// Cells above which points are looked at apart.
+const MOST_CELLS: u64 = 1000;
+
+/// Where the components come from.
+#[derive(Clone, Copy)]
+pub(super) enum From<'a> {
+    Grids(&'a [Grid], &'a [Stored]),
+    List(&'a [Stored]),
+}
+
+impl Blobs {
+    fn from(&self) -> From<'_> {
+        From::Grids(&self.grids, &self.components)
+    }
+
+    pub(super) fn sum_values(&self, at: Points<'_>, out: &mut [f32]) {
+        LISTS.with_borrow_mut(|lists| values(self.kernel, self.from(), at, lists, out));
+    }
+
+    pub(super) fn sum_gradients(&self, at: Points<'_>, out: DualSlices<'_>) {
+        LISTS.with_borrow_mut(|lists| gradients(self.kernel, self.from(), at, lists, out));
+    }
+}
+
+impl Few {
+    pub(super) fn sum_values(&self, at: Points<'_>, out: &mut [f32]) {
+        LISTS.with_borrow_mut(|lists| values(self.kernel, From::List(&self.components), at, lists, out));
+    }
+
+    pub(super) fn sum_gradients(&self, at: Points<'_>, out: DualSlices<'_>) {
+        LISTS.with_borrow_mut(|lists| gradients(self.kernel, From::List(&self.components), at, lists, out));
+    }
+}
+
+/// The square of the distance, in radii, of a component from a box, times `part`. For each point of the box the
+/// same operations give at least this: rounding keeps the order.
+#[inline(always)]
+pub(super) fn nearest(component: &Stored, low: [f32; 3], high: [f32; 3], part: f32) -> f32 {
+    let away = |k: usize| {
+        let (below, above) = (low[k] - component[k], component[k] - high[k]);
+        let d = if below > above { below } else { above };
+        if d > 0.0 { d } else { 0.0 }
+    };
+    let [dx, dy, dz] = [away(0), away(1), away(2)];
+    ((dx * dx + dy * dy + dz * dz) * part) * component[3]
+}
+
+type Corners = [[f32; 3]; 2];
+
+/// The box around the points; NaN, which nothing reaches, is passed over.
+#[inline(always)]
+fn corners(points: Points<'_>, range: &Range<usize>) -> Corners {
+    let mut corners = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+    for (k, axis) in [points.x, points.y, points.z].into_iter().enumerate() {
+        let mut lows = [f32::INFINITY; 8];
+        let mut highs = [f32::NEG_INFINITY; 8];
+        let (eights, rest) = axis[range.clone()].as_chunks::<8>();
+        for lanes in eights {
+            for i in 0..8 {
+                lows[i] = if lanes[i] < lows[i] { lanes[i] } else { lows[i] };
+                highs[i] = if lanes[i] > highs[i] { lanes[i] } else { highs[i] };
+            }
+        }
+        corners[0][k] = lows.iter().chain(rest).fold(f32::INFINITY, |a, &b| if b < a { b } else { a });
+        corners[1][k] = highs.iter().chain(rest).fold(f32::NEG_INFINITY, |a, &b| if b > a { b } else { a });
+    }
+    corners
+}
+
+/// Whether points in the box lie so far apart that they are better looked at in two parts.
+#[inline(always)]
+fn is_wide(from: From<'_>, [low, high]: Corners) -> bool {
+    let From::Grids(grids, _) = from else { return false };
+    grids.iter().any(|grid| {
+        grid.cells(low, high).is_some_and(|[first, last]| {
+            // No product of three passes 64 bits.
+            let sides = [0, 1, 2].map(|k| u64::from(last[k] - first[k] + 1));
+            sides.iter().product::<u64>() > MOST_CELLS
+        })
+    })
+}
+
+/// Puts the components that reach the box into `into`, in order.
+#[inline(always)]
+fn gather(from: From<'_>, [low, high]: Corners, into: &mut Vec<Stored>) {
+    into.clear();
+    let mut look = |run: &[Stored]| {
+        // Room for all, then only those that reach it move the end: no branch is guessed wrongly.
+        let mut end = into.len();
+        into.resize(end + run.len(), [0.0; 5]);
+        for component in run {
+            into[end] = *component;
+            end += usize::from(nearest(component, low, high, 1.0) < 1.0);
+        }
+        into.truncate(end);
+    };
+    match from {
+        From::List(components) => look(components),
+        From::Grids(grids, components) => {
+            for grid in grids {
+                if let Some(cells) = grid.cells(low, high) {
+                    grid.runs(cells).for_each(|run| look(&components[run]));
+                }
+            }
+        }
+    }
+}
+
+/// Lists that are made anew for each group of points, and of those for each chunk.
+type Lists = [Vec<Stored>; 2];
+
+thread_local! {
+    static LISTS: RefCell<Lists> = const { RefCell::new([const { Vec::new() }; 2]) };
+}
+
+/// Hands on chunks of points, with the components that reach them.
+#[inline(always)]
+fn each_chunk(
+    from: From<'_>,
+    points: Points<'_>,
+    lists: &mut Lists,
+    mut take: impl FnMut(&[Stored], Range<usize>),
+) {
+    let [group_list, list] = lists;
+    let mut open: Vec<Range<usize>> = std::iter::once(0..points.x.len()).collect();
+    while let Some(range) = open.pop() {
+        let around = corners(points, &range);
+        if range.len() > 1 && is_wide(from, around) {
+            let middle = range.start + range.len() / 2;
+            open.extend([middle..range.end, range.start..middle]);
+            continue;
+        }
+        gather(from, around, group_list);
+        if range.len() <= CHUNK {
+            take(group_list, range);
+            continue;
+        }
+        for start in range.clone().step_by(CHUNK) {
+            let chunk = start..(start + CHUNK).min(range.end);
+            gather(From::List(group_list), corners(points, &chunk), list);
+            take(list, chunk);
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2"))]
+fn values(kernel: Kernel, from: From<'_>, at: Points<'_>, lists: &mut Lists, out: &mut [f32]) {
+    match kernel {
+        Kernel::SoftObject => values_of(SoftObject, from, at, lists, out),
+        Kernel::Metaball => values_of(Metaball, from, at, lists, out),
+        Kernel::Blobby { .. } => values_of(Blobby(kernel.falloff()), from, at, lists, out),
+        Kernel::InverseSquare => values_of(InverseSquare, from, at, lists, out),
+    }
+}
+
+#[inline(always)]
+fn values_of(profile: impl Profile, from: From<'_>, at: Points<'_>, lists: &mut Lists, out: &mut [f32]) {
+    each_chunk(from, at, lists, |components, chunk| {
+        for start in chunk.clone().step_by(LANES) {
+            let own = start..(start + LANES).min(chunk.end);
+            add(profile, components, lanes(at, &own), &mut out[own]);
+        }
+    });
+}
+
+/// Coordinates of up to [`LANES`] points; what is left repeats the last.
+#[inline(always)]
+fn lanes(at: Points<'_>, own: &Range<usize>) -> [[f32; LANES]; 3] {
+    let mut lanes = [[0.0; LANES]; 3];
+    for (to, axis) in lanes.iter_mut().zip([at.x, at.y, at.z]) {
+        let from = &axis[own.clone()];
+        if let Ok(full) = from.try_into() {
+            *to = full;
+        } else {
+            to.fill(from[from.len() - 1]);
+            to[..from.len()].copy_from_slice(from);
+        }
+    }
+    lanes
+}
+
+#[inline(always)]
+fn add(profile: impl Profile, components: &[Stored], at: [[f32; LANES]; 3], out: &mut [f32]) {
+    let ([x, y, z], mut sum) = (at, [0.0; LANES]);
+    for &[cx, cy, cz, inverse_square, weight] in components {
+        for i in 0..LANES {
+            let (dx, dy, dz) = (x[i] - cx, y[i] - cy, z[i] - cz);
+            let q = (dx * dx + dy * dy + dz * dz) * inverse_square;
+            sum[i] += weight * profile.value(q);
+        }
+    }
+    out.copy_from_slice(&sum[..out.len()]);
+}
+
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2"))]
+fn gradients(kernel: Kernel, from: From<'_>, at: Points<'_>, lists: &mut Lists, out: DualSlices<'_>) {
+    match kernel {
+        Kernel::SoftObject => gradients_of(SoftObject, from, at, lists, out),
+        Kernel::Metaball => gradients_of(Metaball, from, at, lists, out),
+        Kernel::Blobby { .. } => gradients_of(Blobby(kernel.falloff()), from, at, lists, out),
+        Kernel::InverseSquare => gradients_of(InverseSquare, from, at, lists, out),
+    }
+}
+
+#[inline(always)]
+fn gradients_of(
+    profile: impl Profile,
+    from: From<'_>,
+    at: Points<'_>,
+    lists: &mut Lists,
+    out: DualSlices<'_>,
+) {
+    let DualSlices { value, derivatives: [by_x, by_y, by_z] } = out;
+    each_chunk(from, at, lists, |components, chunk| {
+        for start in chunk.clone().step_by(LANES) {
+            let own = start..(start + LANES).min(chunk.end);
+            let sums = add_gradients(profile, components, lanes(at, &own));
+            for (out, sum) in [&mut *value, &mut *by_x, &mut *by_y, &mut *by_z].into_iter().zip(&sums) {
+                out[own.clone()].copy_from_slice(&sum[..own.len()]);
+            }
+        }
+    });
+}
+
+#[inline(always)]
+fn add_gradients(
+    profile: impl Profile,
+    components: &[Stored],
+    [x, y, z]: [[f32; LANES]; 3],
+) -> [[f32; LANES]; 4] {
+    let [mut sum, mut by_x, mut by_y, mut by_z] = [[0.0; LANES]; 4];
+    for &[cx, cy, cz, inverse_square, weight] in components {
+        let twice = inverse_square + inverse_square;
+        for i in 0..LANES {
+            let (dx, dy, dz) = (x[i] - cx, y[i] - cy, z[i] - cz);
+            let q = (dx * dx + dy * dy + dz * dz) * inverse_square;
+            sum[i] += weight * profile.value(q);
+            // An infinite distance has no direction.
+            let slope = if q < 1.0 { (weight * profile.slope(q)) * twice } else { 0.0 };
+            let [dx, dy, dz] = [dx, dy, dz].map(|d| if q < 1.0 { d } else { 0.0 });
+            by_x[i] += slope * dx;
+            by_y[i] += slope * dy;
+            by_z[i] += slope * dz;
+        }
+    }
+    [sum, by_x, by_y, by_z]
+}
