@@ -14,6 +14,7 @@ pub mod leaf;
 pub mod lower;
 pub mod ops;
 pub mod tape;
+pub mod volume;
 pub mod wgsl;
 
 pub use expr::{Expr, x, y, z};
