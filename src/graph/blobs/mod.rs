@@ -218,16 +218,7 @@ impl Leaf for Blobs {
             self.kernel.number(),
             self.kernel.falloff()
         );
-        let text = format!("{head}{WGSL}").replace("LEAF", name);
-        // The parts begin at marks: what all need, values, gradients, bounds.
-        let mut parts = text.split("//:\n").map(str::to_owned);
-        let mut part = || parts.next().unwrap_or_default();
-        let [shared, value, gradient, interval] = [part(), part(), part(), part()];
-        LeafWgsl {
-            value: shared.clone() + &value,
-            gradient: shared.clone() + &gradient,
-            interval: shared + &interval,
-        }
+        LeafWgsl::from_template(&(head + WGSL), name)
     }
 
     fn data(&self) -> Vec<u32> {
