@@ -245,7 +245,7 @@ fn as_operands_on_both_backends() {
                 .unwrap();
         let away = (x() - middle.x).square() + (y() - middle.y).square() + (z() - middle.z).square();
         let bent = leaf.expr().at([x() + (y() * 0.01).sin_turns(), y(), z()]);
-        for (expr, iso) in [(leaf.expr(), 10.0), (bent.min(away.sqrt() - 20.0), 5.0)] {
+        for (expr, iso) in [(leaf.expr(), 10.0), (bent.min(away.sqrt() - 2.0), 5.0)] {
             let field = GraphField::new(&expr, Sense::Above);
             let source = Source::Field(&field, grid);
             let (culled, report) = extract_on_cpu(&source, &Options::new(iso), &|_| {}).unwrap();

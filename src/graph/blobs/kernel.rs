@@ -186,7 +186,7 @@ fn exp2(x: f32) -> f32 {
     let whole = (x + 0.5).floor();
     let f = x - whole;
     let p = 1.535_336_2e-4 * f + 1.339_887_4e-3;
-    let p = p * f + 9.618_437e-3;
+    let p = p * f + 9.618_438e-3;
     let p = p * f + 5.550_332_5e-2;
     let p = p * f + 0.240_226_48;
     let p = p * f + std::f32::consts::LN_2;
