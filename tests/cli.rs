@@ -6,6 +6,8 @@ mod bad_input;
 mod extract;
 #[path = "cli/other.rs"]
 mod other;
+#[path = "cli/points.rs"]
+mod points;
 #[path = "cli/program.rs"]
 mod program;
 #[path = "cli/targets.rs"]
