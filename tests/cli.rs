@@ -6,5 +6,7 @@ mod bad_input;
 mod extract;
 #[path = "cli/other.rs"]
 mod other;
+#[path = "cli/points.rs"]
+mod points;
 #[path = "cli/program.rs"]
 mod program;
