@@ -331,11 +331,12 @@ fn gradient_of(
                 Ok(dual) => term(slopes[i], dual[k][i]),
                 Err(_) => 0.0,
             };
-            registers[to][0] = value;
-            for k in 1..4 {
-                for i in 0..LANES {
-                    registers[to][k][i] = (part(&by_x, &inner[0], k, i) + part(&by_y, &inner[1], k, i))
-                        + part(&by_z, &inner[2], k, i);
+            let out = &mut registers[to];
+            out[0] = value;
+            for (k, out) in out.iter_mut().enumerate().skip(1) {
+                for (i, out) in out.iter_mut().enumerate() {
+                    let two = part(&by_x, &inner[0], k, i) + part(&by_y, &inner[1], k, i);
+                    *out = two + part(&by_z, &inner[2], k, i);
                 }
             }
         }

@@ -167,7 +167,7 @@ fn store(kernel: Kernel, index: usize, component: &Component) -> Result<Stored, 
     if !position.iter().all(|c| c.abs() <= LARGEST) {
         return Err(BlobsError::Position { index, position });
     }
-    if !(radius >= 1.0 / LARGEST && radius <= LARGEST) {
+    if !(1.0 / LARGEST..=LARGEST).contains(&radius) {
         return Err(BlobsError::Radius { index, radius });
     }
     let inverse_square = (1.0 / (f64::from(radius) * f64::from(radius))) as f32;
