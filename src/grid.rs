@@ -12,8 +12,6 @@ use glam::{Mat3, UVec3, Vec3};
 
 /// Points along each edge of a brick.
 pub const BRICK: u32 = 8;
-/// Samples along each edge that a brick reads: its own points and the next ones.
-pub const BRICK_SAMPLES: u32 = BRICK + 1;
 /// Samples that a brick reads, 9³.
 pub const SAMPLES_PER_BRICK: usize = 729;
 /// The most cells an axis can have: indices along an axis stay exact in `f32`.
@@ -156,16 +154,10 @@ impl Grid {
         self.step.as_dmat3().inverse().transpose().as_mat3()
     }
 
-    /// The shortest step, in world units.
-    pub fn shortest_step(&self) -> f32 {
-        let s = self.step;
+    /// The shortest step, in world units. In `f64`, where the squares of no `f32` over- or underflow.
+    pub fn shortest_step(&self) -> f64 {
+        let s = self.step.as_dmat3();
         s.x_axis.length().min(s.y_axis.length()).min(s.z_axis.length())
-    }
-
-    /// The lowest point of brick `brick` (linear brick number).
-    pub fn brick_origin(&self, brick: u32) -> UVec3 {
-        let b = self.bricks();
-        UVec3::new(brick % b.x, brick / b.x % b.y, brick / (b.x * b.y)) * BRICK
     }
 }
 

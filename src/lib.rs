@@ -47,6 +47,7 @@ pub mod bench;
 pub mod cli;
 pub mod compare;
 pub mod components;
+mod excerpt;
 pub mod extract;
 pub mod field;
 pub mod gpu;
@@ -57,6 +58,8 @@ pub mod render;
 pub mod stage;
 pub mod table;
 pub mod volume;
+
+pub use atomic::TargetError;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -31,6 +31,7 @@ fn every_adapter_agrees_with_the_twins() {
         return s;
     }";
     let user = UserField::new(source, "user.wgsl", Sense::Below).unwrap();
+    let written = user.clone().as_written();
 
     let mut wrong = Vec::new();
     for adapter in adapters {
@@ -49,6 +50,7 @@ fn every_adapter_agrees_with_the_twins() {
             check(definition.name, Source::Field(&field, grid), definition.iso);
         }
         check("a user's field", Source::Field(&user, grid), 0.3);
+        check("a user's field as it is written", Source::Field(&written, grid), 0.3);
         check("noise", Source::Volume(&noise), 0.0);
         check("small samples", Source::Volume(&small), 0.0);
         check("less small samples", Source::Volume(&smallish), 0.0);

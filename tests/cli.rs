@@ -10,3 +10,5 @@ mod other;
 mod points;
 #[path = "cli/program.rs"]
 mod program;
+#[path = "cli/targets.rs"]
+mod targets;

@@ -50,9 +50,19 @@ fn fields() -> Vec<(String, Wgsl)> {
     });
     let users = users.into_iter().map(|(name, source)| {
         let field = UserField::new(source, name, Sense::Below).unwrap_or_else(|e| panic!("{e}"));
-        (format!("user: {name}"), field.wgsl().unwrap())
+        // As they are written: as expressions they are like the named ones.
+        (format!("user: {name}"), field.as_written().wgsl().unwrap())
     });
-    named.chain(users).collect()
+    // One that reads data.
+    let reads = isoforge::field::Wgsl {
+        value: "fn density(p: vec3<f32>) -> f32 { return bitcast<f32>(field_data[u32(p.x)]); }".into(),
+        gradient: None,
+        interval: None,
+        data: [1].into(),
+        parameters: Vec::new(),
+        counts_loops: false,
+    };
+    named.chain(users).chain([("data".to_string(), reads)]).collect()
 }
 
 /// Name, source, module and analysis of every shader.
@@ -67,6 +77,7 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
         let samples = Samples::Field(&wgsl);
         sources.push((format!("cull, {name}"), shaders::cull(samples)));
         sources.push((format!("sample, {name}"), shaders::sample(&wgsl)));
+        sources.extend(shaders::bounds(&wgsl).map(|source| (format!("bounds, {name}"), source)));
         sources.push((format!("classify, {name}"), shaders::classify(samples)));
         sources.push((format!("emit, {name}"), shaders::emit(samples)));
     }

@@ -245,21 +245,18 @@ fn as_operands_on_both_backends() {
                 .unwrap();
         let away = (x() - middle.x).square() + (y() - middle.y).square() + (z() - middle.z).square();
         let bent = leaf.expr().at([x() + (y() * 0.01).sin_turns(), y(), z()]);
-        // A driver puts the constants of the bend's slope together: its normals are only close.
-        let cases = [(leaf.expr(), 10.0, true), (bent.min(60.0 - away.sqrt()), 5.0, false)];
-        for (expr, iso, same) in cases {
+        for (expr, iso) in [(leaf.expr(), 10.0), (bent.min(away.sqrt() - 2.0), 5.0)] {
             let field = GraphField::new(&expr, Sense::Above);
             let source = Source::Field(&field, grid);
             let (culled, report) = extract_on_cpu(&source, &Options::new(iso), &|_| {}).unwrap();
             let all = Options { cull: false, ..Options::new(iso) };
             let (whole, all) = extract_on_cpu(&source, &all, &|_| {}).unwrap();
-            assert!(culled.triangles.len() > 200, "{gradient:?}: {}", culled.triangles.len());
+            assert!(culled.triangles.len() > 300, "{gradient:?}: {}", culled.triangles.len());
             assert!(culled == whole && report.active_bricks < all.active_bricks, "{gradient:?}");
             let Some(extractor) = common::extractor() else { continue };
             let compared = compare(extractor, &source, &Options::new(iso)).unwrap();
             for row in compared.rows {
-                let same = same || row.what != "normals";
-                assert!(row.agrees() && (!same || row.differing == 0), "{gradient:?}: {row:?}");
+                assert!(row.agrees() && row.differing == 0, "{gradient:?}: {row:?}");
             }
         }
     }

@@ -124,5 +124,29 @@ fn iv_wave(a: vec2<f32>, ends: vec2<f32>, top: f32) -> vec2<f32> {
     let known = iv_bounded(a) && abs(a.x) < 65536.0 && abs(a.y) < 65536.0;
     let lo = select(min(ends.x, ends.y), -1.0, at_bottom);
     let hi = select(max(ends.x, ends.y), 1.0, at_top);
-    return iv_grown(vec2<f32>(lo, hi), known, 0.0, 1e-6f);
+    return iv_grown(vec2<f32>(lo, hi), known, 0.0, 2e-6f + 4e-6f * max(abs(a.x), abs(a.y)));
+}
+
+fn iv_in_turns(a: vec2<f32>) -> vec2<f32> {
+    return iv_checked(a * 0.15915494f, iv_bounded(a));
+}
+
+fn iv_pow(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
+    let known = iv_bounded(a) && iv_bounded(b) && (a.x > 1e-30f || (a.x >= 0.0 && b.x > 0.0));
+    let p = iso_pow(a.x, b.x);
+    let q = iso_pow(a.x, b.y);
+    let r = iso_pow(a.y, b.x);
+    let s = iso_pow(a.y, b.y);
+    return iv_grown(vec2<f32>(min(min(p, q), min(r, s)), max(max(p, q), max(r, s))), known, 1e-4f, 0.0);
+}
+
+fn iv_atan2(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
+    let whole = b.x <= 0.0 && a.x <= 0.0 && a.y >= 0.0;
+    let p = iso_atan2(a.x, b.x);
+    let q = iso_atan2(a.x, b.y);
+    let r = iso_atan2(a.y, b.x);
+    let s = iso_atan2(a.y, b.y);
+    let ends = vec2<f32>(min(min(p, q), min(r, s)), max(max(p, q), max(r, s)));
+    let most = vec2<f32>(-3.15f, 3.15f);
+    return iv_grown(select(ends, most, whole), iv_bounded(a) && iv_bounded(b), 1e-5f, 1e-6f);
 }

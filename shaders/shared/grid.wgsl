@@ -1,4 +1,5 @@
-// Grid and brick indexing; src/grid.rs is the twin.
+// Grid and brick indexing; the twins are `Grid::position` (src/grid.rs) and `Params::brick_origin`
+// (src/stage/params.rs).
 
 // World position at grid coordinates `q`. The order of operations is that of `Grid::position`.
 fn grid_position(q: vec3<f32>) -> vec3<f32> {

@@ -1,5 +1,6 @@
 // A row of eight points of a brick: what lies inside the grid, which corners are inside the solid,
-// and the cells' cases. Shared by classify and emit; src/stage/classify/row.rs is the twin.
+// and the cells' cases. Shared by classify and emit; the twin in
+// src/stage/classify/cpu.rs does a plane of the brick at a time.
 
 struct RowShape {
     // Bit x: the row's point x is a point of the grid.

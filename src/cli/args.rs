@@ -1,6 +1,7 @@
 //! The arguments of every command.
 
 use crate::field::Sense;
+use crate::grid::MAX_CELLS;
 use crate::render::Shade;
 use crate::volume::{Endian, Scalar};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -26,6 +27,8 @@ pub enum Command {
     Info,
     /// List the named fields with their formulas and parameters
     Fields,
+    /// Draw every named field into one PNG
+    Gallery(GalleryArgs),
     /// Run GPU and CPU stage by stage and tell what agrees; exit 1 if something does not
     Compare(CompareArgs),
     /// Measure every stage and the whole, on CPU and GPU, and the adapter's copy bandwidth
@@ -35,12 +38,13 @@ pub enum Command {
 /// What is meshed, and where.
 #[derive(Debug, Args)]
 pub struct SourceArgs {
-    /// A field's name (see `isoforge fields`), a .wgsl file with `fn density(p: vec3<f32>) -> f32`,
+    /// A field's name (see `isoforge fields`), a formula like 'sqrt(x^2 + y^2 + z^2) - r',
+    /// a .wgsl file with `fn density(p: vec3<f32>) -> f32`,
     /// a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr .raw .bin, or a molecule or other points, which become
     /// blobs: .pdb .xyz .csv (also .gz) .ply
     pub source: String,
 
-    /// The iso value, in the units of the samples [default: the field's own, 0.5 for points; volumes need it]
+    /// The iso value, in the units of the samples [default: the field's own, or 0; 0.5 for points; volumes need it]
     #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
     pub iso: Option<f32>,
 
@@ -57,7 +61,7 @@ pub struct SourceArgs {
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = bounds, allow_hyphen_values = true)]
     pub bounds: Option<[Vec3; 2]>,
 
-    /// A field's parameter, as in `--param R=0.8`; may be repeated
+    /// A named field's or a formula's parameter, as in `--param R=0.8`; may be repeated
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parameter)]
     pub parameters: Vec<(String, f64)>,
 
@@ -161,7 +165,8 @@ pub struct ExtractArgs {
     #[command(flatten)]
     pub run: RunArgs,
 
-    /// Write one JSON object with counts, bytes and seconds; - for standard output
+    /// Write one JSON object with counts, bytes and seconds; - for standard output. A mesh on the GPU is not
+    /// read back for it, then zero-area triangles are not counted
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 
@@ -179,7 +184,8 @@ pub struct ExtractArgs {
 /// Where and within which limits the work is done.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Where to extract; auto takes a GPU if there is one (a software adapter is none), else the CPU
+    /// Where to extract; auto takes a GPU if there is one (a software adapter is none) and it has the memory,
+    /// else the CPU
     #[arg(long, value_enum, default_value = "auto")]
     pub backend: Backend,
 
@@ -187,8 +193,8 @@ pub struct RunArgs {
     #[arg(long, value_name = "BYTES", value_parser = byte_count)]
     pub memory_budget: Option<u64>,
 
-    /// The longest wait for one piece of GPU work, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 120)]
+    /// The longest wait for one piece of GPU work, in seconds, at least 1
+    #[arg(long, value_name = "SECONDS", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..))]
     pub time_limit: u64,
 }
 
@@ -220,6 +226,25 @@ pub struct PictureArgs {
     /// Draw the triangles' edges on top
     #[arg(long)]
     pub wireframe: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct GalleryArgs {
+    /// The picture to write
+    #[arg(short, long, value_name = "FILE.png")]
+    pub output: PathBuf,
+
+    /// Width and height of each field's picture in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 192, value_parser = clap::value_parser!(u32).range(32..=2048))]
+    pub cell: u32,
+
+    /// Pictures in a row
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub columns: u32,
+
+    /// Cells along each axis of each field's grid
+    #[arg(short = 'n', long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub cells: u32,
 }
 
 #[derive(Debug, Args)]
@@ -349,7 +374,7 @@ fn list<T: FromStr, const N: usize>(text: &str, separator: char) -> Option<[T; N
 fn cells(text: &str) -> Result<[u32; 3], String> {
     let one: Option<[u32; 1]> = list(text, ',');
     let cells = one.map(|[n]| [n; 3]).or_else(|| list(text, ','));
-    cells.ok_or_else(|| "give one whole number, or three with commas".into())
+    cells.ok_or_else(|| format!("give one whole number from 1 to {MAX_CELLS}, or three with commas"))
 }
 
 fn dims(text: &str) -> Result<[u32; 3], String> {

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::args::{Backend, RunArgs};
-use crate::extract::Source;
+use crate::extract::{ExtractError, Source};
 use crate::field::NoForm;
 use crate::gpu::{AdapterChoice, Gpu, GpuError};
 use std::time::Duration;
@@ -19,10 +19,12 @@ pub fn choose(args: &RunArgs, source: &Source<'_>) -> Result<(Option<Gpu>, Optio
     };
     match args.backend {
         Backend::Cpu => Ok((None, None)),
-        Backend::Gpu => open(AdapterChoice::Best).map(|gpu| (Some(gpu), None)).map_err(Failure::run),
+        Backend::Gpu => open(AdapterChoice::Best)
+            .map(|gpu| (Some(gpu), None))
+            .map_err(|error| Failure::run(with_hint(&error.into(), source))),
         Backend::Auto if gpu_alone(source) => match open(AdapterChoice::Best) {
             Ok(gpu) => Ok((Some(gpu), None)),
-            Err(error) => Err(Failure::run(format!("only a GPU evaluates a WGSL function, and {error}"))),
+            Err(error) => Err(Failure::run(format!("only a GPU evaluates this WGSL function, and {error}"))),
         },
         Backend::Auto => match open(AdapterChoice::Hardware) {
             Ok(gpu) => Ok((Some(gpu), None)),
@@ -35,8 +37,21 @@ pub fn choose(args: &RunArgs, source: &Source<'_>) -> Result<(Option<Gpu>, Optio
     }
 }
 
+/// What went wrong on the GPU, and that the CPU can do it where it can.
+pub fn with_hint(error: &ExtractError, source: &Source<'_>) -> String {
+    let of_gpu = matches!(
+        error,
+        ExtractError::Gpu(_) | ExtractError::Binding { .. } | ExtractError::MeshBuffer { .. }
+    );
+    if of_gpu && !gpu_alone(source) {
+        format!("{error}; or let the CPU do it (--backend cpu)")
+    } else {
+        error.to_string()
+    }
+}
+
 /// Whether only a GPU evaluates the source.
-fn gpu_alone(source: &Source<'_>) -> bool {
+pub fn gpu_alone(source: &Source<'_>) -> bool {
     let Source::Field(field, _) = source else { return false };
     let none = crate::field::Points { x: &[], y: &[], z: &[] };
     field.values(none, &mut []) == Err(NoForm::Cpu)

@@ -8,11 +8,16 @@ use crate::volume::{self, OpenOptions};
 
 /// Measures every stage and the whole, and prints a table or JSON.
 pub fn run(args: &BenchArgs) -> Result<(), Failure> {
+    args.json.as_deref().map_or(Ok(()), super::check_text_target)?;
     let memory_budget = backend::memory_budget(None);
     let opened = match (&args.volume, args.iso) {
         (Some(path), Some(iso)) => {
             let opened = volume::open(path, &OpenOptions { raw: None, max_bytes: Some(memory_budget) });
-            Some((opened.map_err(Failure::run)?.volume, iso))
+            let opened = opened.map_err(Failure::run)?;
+            if !args.quiet {
+                opened.notes.iter().for_each(|note| eprintln!("isoforge: {note}"));
+            }
+            Some((opened.volume, iso))
         }
         _ => None,
     };
@@ -24,7 +29,10 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     };
     let gpu = match args.backend {
         super::args::Backend::Cpu => None,
-        super::args::Backend::Gpu => Some(Gpu::open(AdapterChoice::Best).map_err(Failure::run)?),
+        super::args::Backend::Gpu => Some(
+            Gpu::open(AdapterChoice::Best)
+                .map_err(|e| Failure::run(format!("{e}; or measure the CPU alone (--backend cpu)")))?,
+        ),
         super::args::Backend::Auto => Gpu::open(AdapterChoice::Best).ok(),
     };
     let options = BenchOptions {
@@ -54,6 +62,9 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     // Standard output is one JSON object and nothing else where that was asked for.
     if args.json.as_deref() != Some(std::path::Path::new("-")) {
         say(report.to_string().trim_end());
+    }
+    if report.rows.is_empty() {
+        return Err(Failure::run("nothing was measured: the report's skipped rows say why"));
     }
     Ok(())
 }

@@ -9,8 +9,10 @@ use crate::gpu::{AdapterChoice, Gpu};
 /// Runs both backends stage by stage and prints what agrees.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let memory_budget = backend::memory_budget(None);
-    let (loaded, _) = source::load(&args.source, &args.raw, memory_budget)?;
+    let (loaded, notes) = source::load(&args.source, &args.raw, memory_budget)?;
     let options = loaded.options(&args.source, memory_budget)?;
+    let remark = source::precision_remark(loaded.source().grid());
+    notes.iter().chain(&remark).for_each(|note| eprintln!("isoforge: {note}"));
     let gpu = Gpu::open(AdapterChoice::Best).map_err(Failure::run)?;
     say(format_args!("{} against the CPU: {}, iso {}", gpu.info.name, args.source.source, options.iso));
     let extractor = Extractor::new(gpu).map_err(Failure::run)?;

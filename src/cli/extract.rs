@@ -4,9 +4,9 @@ use super::args::{Backend, ExtractArgs};
 use super::progress::Progress;
 use super::source::Loaded;
 use super::stats::{Seconds, Stats};
-use super::watchdog::Watchdog;
+use super::watchdog::{EXTRACTING, Watchdog};
 use super::{Failure, backend, picture, source};
-use crate::extract::{ExtractError, Extractor, Options, Report, Source, extract_on_cpu, stage_index};
+use crate::extract::{ExtractError, Extractor, Options, Report, Source, extract_on_cpu};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::mesh::{Mesh, write};
 use std::path::Path;
@@ -23,6 +23,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let start = Instant::now();
     check_targets(args)?;
     let memory_budget = backend::memory_budget(args.run.memory_budget);
+    picture::check_memory(args, args.run.backend == Backend::Gpu, memory_budget)?;
     let progress = Progress::new(args.quiet);
     let remark = |text: &str| {
         if !args.quiet {
@@ -45,8 +46,10 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         remark(&note);
     }
     progress.phase("extracting");
-    let watchdog = gpu.as_ref().map(|_| Watchdog::new(args.run.time_limit));
-    let (made, report) = extract(args, gpu, &source, &options, &progress, watchdog.as_ref(), &remark)?;
+    if gpu.is_some() {
+        picture::check_memory(args, true, memory_budget)?;
+    }
+    let (made, report) = extract(args, gpu, &source, &options, &progress, &remark)?;
     if report.non_finite > 0 {
         remark(&format!("{} samples are NaN or infinite and count as outside", report.non_finite));
     }
@@ -54,35 +57,27 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         remark(&empty_message(&loaded, &options, &made));
     }
 
+    let is_volume = matches!(loaded, Loaded::Volume(_));
+    drop(loaded);
     if let Some(path) = &args.png {
         progress.phase("drawing");
         match &made {
-            Made::Gpu(made) => picture::draw_gpu(&made.0, &made.1, &args.picture, path)?,
+            Made::Gpu(made) => picture::draw_gpu(&made.0, &made.1, args, path)?,
             Made::Cpu(mesh) => picture::draw_cpu(mesh, &args.picture, path)?,
         }
     }
     let mut seconds = Seconds::of(&report);
-    if matches!(loaded, Loaded::Volume(_)) {
+    if is_volume {
         seconds.read = Some(read);
     }
     let (backend, adapter) = match &made {
         Made::Gpu(made) => ("gpu", Some(made.0.info.name.clone())),
         Made::Cpu(_) => ("cpu", None),
     };
-    drop(loaded);
-    let mut peak_bytes = report.peak_bytes;
-    // A mesh that is only drawn never leaves the GPU.
-    let wanted = args.output.is_some() || args.stats.is_some() || args.no_degenerate;
     let mesh = match made {
-        Made::Gpu(made) if wanted => {
+        Made::Gpu(made) if is_read_back(args) => {
             let (gpu, mesh) = *made;
             progress.phase("reading back");
-            let needed = mesh.vertices.size() + mesh.indices.size() + mesh.read_bytes();
-            if needed > memory_budget {
-                let what = "the mesh on the GPU and in main memory";
-                return Err(Failure::run(ExtractError::Budget { what, needed, budget: memory_budget }));
-            }
-            peak_bytes = peak_bytes.max(needed);
             let since = Instant::now();
             let mesh = mesh.read(&gpu).map_err(Failure::run)?;
             seconds.readback = Some(since.elapsed().as_secs_f64());
@@ -91,7 +86,6 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         Made::Gpu(_) => None,
         Made::Cpu(mesh) => Some(mesh),
     };
-    drop(watchdog);
     let finished = finish(args, mesh, &mut seconds, &progress)?;
     drop(progress);
 
@@ -109,12 +103,17 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
             non_finite_samples: report.non_finite,
             backend,
             adapter: adapter.as_deref(),
-            peak_bytes,
+            peak_bytes: report.peak_bytes,
             seconds,
         };
         super::write_text(&serde_json::to_string(&stats).map_err(Failure::run)?, path)?;
     }
     Ok(())
+}
+
+/// Whether the mesh leaves the GPU: one that is only drawn, or counted, does not.
+fn is_read_back(args: &ExtractArgs) -> bool {
+    args.output.is_some() || args.no_degenerate
 }
 
 /// Refuses what cannot be written before the long work begins.
@@ -142,16 +141,7 @@ fn check_targets(args: &ExtractArgs) -> Result<(), Failure> {
             return Err(Failure::usage("two outputs have the same file name: name another"));
         }
     }
-    if let Some(path) = args.stats.as_deref().filter(|p| *p != Path::new("-")) {
-        crate::atomic::temporary_beside(path).map_err(|e| {
-            let folder = crate::atomic::folder_of(path).display();
-            Failure::run(format!(
-                "--stats {}: no file can be made in {folder}: {e}; name another folder",
-                path.display()
-            ))
-        })?;
-    }
-    Ok(())
+    args.stats.as_deref().map_or(Ok(()), super::check_text_target)
 }
 
 fn extract(
@@ -160,28 +150,32 @@ fn extract(
     source: &Source<'_>,
     options: &Options,
     progress: &Progress,
-    watchdog: Option<&Watchdog>,
     remark: &dyn Fn(&str),
 ) -> Result<(Made, Report), Failure> {
     if let Some(gpu) = gpu {
+        let watchdog = Watchdog::new(args.run.time_limit, EXTRACTING);
         let extraction = Extractor::new(gpu.clone()).and_then(|extractor| {
-            extractor.extract_with(source, options, &|part| {
-                watchdog.inspect(|w| w.alive());
+            watchdog.alive();
+            extractor.extract_with(source, options, is_read_back(args), &|part| {
+                watchdog.alive();
                 progress.set(part);
             })
         });
+        drop(watchdog);
         match extraction {
             Ok(extraction) => return Ok((Made::Gpu(Box::new((gpu, extraction.mesh))), extraction.report)),
             // Chosen by us, not by the user: take the path that can.
-            Err(error) if args.run.backend == Backend::Auto && is_limit_of_gpu(&error) => {
-                remark(&format!("{error}; the CPU does it"));
+            Err(error)
+                if args.run.backend == Backend::Auto
+                    && is_limit_of_gpu(&error)
+                    && !backend::gpu_alone(source) =>
+            {
+                remark(&format!("on the GPU {error}; the CPU does it"));
             }
-            Err(error) => return Err(Failure::run(error)),
+            Err(error) => return Err(Failure::run(backend::with_hint(&error, source))),
         }
     }
-    let (mesh, mut report) =
-        extract_on_cpu(source, options, &|part| progress.set(part)).map_err(Failure::run)?;
-    report.seconds[stage_index::UPLOAD] = None;
+    let (mesh, report) = extract_on_cpu(source, options, &|part| progress.set(part)).map_err(Failure::run)?;
     Ok((Made::Cpu(mesh), report))
 }
 
@@ -189,7 +183,8 @@ fn extract(
 fn is_limit_of_gpu(error: &ExtractError) -> bool {
     matches!(
         error,
-        ExtractError::Binding { .. }
+        ExtractError::Budget { .. }
+            | ExtractError::Binding { .. }
             | ExtractError::FieldData { .. }
             | ExtractError::MeshBuffer { .. }
             | ExtractError::Gpu(GpuError::OutOfMemory { .. })
@@ -268,4 +263,16 @@ fn summary(
         }
     }
     text + &format!(" on {place} in {total:.2} s")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_cpu_takes_over() {
+        assert!(is_limit_of_gpu(&ExtractError::Budget { what: "", needed: 2, budget: 1 }));
+        assert!(!is_limit_of_gpu(&ExtractError::Runaway { limit: 1 }));
+        assert!(!is_limit_of_gpu(&ExtractError::TooLarge { vertices: 1, triangles: 1 }));
+    }
 }

@@ -48,13 +48,11 @@ pub fn info() -> Result<(), Failure> {
 /// Lists the named fields.
 pub fn fields() -> Result<(), Failure> {
     for field in named::ALL {
-        say(format_args!("{:<12}{}", field.name, field.formula));
-        say(format_args!("{:<12}shown by -L {} -I {}", "", field.half_edge, field.iso));
+        say(format_args!("{}\n    {}", field.name, field.formula));
+        say(format_args!("    shown by -L {} -I {}", field.half_edge, field.iso));
         for p in field.parameters {
-            say(format_args!(
-                "{:<12}--param {}={}  {} (at least {})",
-                "", p.name, p.default, p.meaning, p.least
-            ));
+            let least = if p.least.is_finite() { format!(" (at least {})", p.least) } else { String::new() };
+            say(format_args!("    --param {}={}  {}{least}", p.name, p.default, p.meaning));
         }
     }
     say("\nBeside these: a .wgsl file with `fn density(p: vec3<f32>) -> f32`, and volumes.");

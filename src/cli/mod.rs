@@ -9,6 +9,7 @@ mod blobs;
 mod check;
 mod compare;
 mod extract;
+mod gallery;
 mod lists;
 mod picture;
 mod progress;
@@ -18,6 +19,7 @@ mod watchdog;
 
 use args::{Cli, Command};
 use clap::Parser;
+use std::io::Write;
 use std::path::Path;
 
 /// Why a command ended without doing its work.
@@ -56,6 +58,7 @@ pub fn run() -> i32 {
         Command::Check(args) => check::run(args),
         Command::Info => lists::info(),
         Command::Fields => lists::fields(),
+        Command::Gallery(args) => gallery::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Bench(args) => bench::run(args),
     };
@@ -74,7 +77,6 @@ fn complain(message: &str, code: i32) -> i32 {
 
 /// Prints to standard output; a reader that has gone away (`| head`) is not an error.
 fn say(text: impl std::fmt::Display) {
-    use std::io::Write;
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 
@@ -84,14 +86,10 @@ fn write_text(text: &str, path: &Path) -> Result<(), Failure> {
         say(text);
         return Ok(());
     }
-    let failed = |e: std::io::Error| {
-        Failure::run(format!(
-            "{} cannot be written: {e}; name another file, or - for standard output",
-            path.display()
-        ))
-    };
-    let mut file = crate::atomic::temporary_beside(path).map_err(failed)?;
-    std::io::Write::write_all(&mut file, format!("{text}\n").as_bytes()).map_err(failed)?;
-    file.persist(path).map_err(|e| failed(e.error))?;
-    Ok(())
+    crate::atomic::write(path, |file| writeln!(file, "{text}")).map_err(Failure::run)
+}
+
+/// Refuses a path that [`write_text`] could not write to, before long work.
+fn check_text_target(path: &Path) -> Result<(), Failure> {
+    if path == Path::new("-") { Ok(()) } else { crate::atomic::check(path).map_err(Failure::run) }
 }

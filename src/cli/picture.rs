@@ -1,7 +1,8 @@
 //! Drawing the mesh into a file.
 
 use super::Failure;
-use super::args::PictureArgs;
+use super::args::{ExtractArgs, PictureArgs};
+use super::watchdog::{DRAWING, Watchdog};
 use crate::gpu::{Gpu, GpuMesh};
 use crate::mesh::Mesh;
 use crate::render::{self, Camera, Renderer, Style, View};
@@ -21,18 +22,36 @@ pub fn check(args: &PictureArgs, path: &Path) -> Result<(), Failure> {
     render::check_target(path).map_err(Failure::run)
 }
 
+/// Refuses a picture that is more than the memory budget by itself.
+pub fn check_memory(args: &ExtractArgs, on_gpu: bool, budget: u64) -> Result<(), Failure> {
+    let [width, height] = args.picture.size.0;
+    let needed = render::picture_bytes([width, height], on_gpu);
+    if args.png.is_none() || needed <= budget {
+        return Ok(());
+    }
+    let place = if on_gpu { "GPU" } else { "CPU" };
+    Err(Failure::usage(format!(
+        "--size {width}x{height}: drawing that on the {place} takes {needed} bytes, over the memory budget of {budget} \
+         bytes: give a smaller size or raise the budget (--memory-budget)"
+    )))
+}
+
 /// Draws a mesh that is on the GPU, without reading it back.
-pub fn draw_gpu(gpu: &Gpu, mesh: &GpuMesh, args: &PictureArgs, path: &Path) -> Result<(), Failure> {
+pub fn draw_gpu(gpu: &Gpu, mesh: &GpuMesh, args: &ExtractArgs, path: &Path) -> Result<(), Failure> {
+    let watchdog = Watchdog::new(args.run.time_limit, DRAWING);
+    let args = &args.picture;
     let bounds = render::gpu_bounds(gpu, mesh).map_err(Failure::run)?;
     let camera = Camera::fit(bounds, &view(args)).map_err(Failure::run)?;
     let renderer = Renderer::new(gpu).map_err(Failure::run)?;
+    watchdog.alive();
     let image = renderer.render(mesh, &camera, &style(args)).map_err(Failure::run)?;
-    render::save_png(&image, path).map_err(Failure::run)
+    drop(watchdog);
+    render::save_png(image, path).map_err(Failure::run)
 }
 
 /// Draws a mesh by the software rasteriser.
 pub fn draw_cpu(mesh: &Mesh, args: &PictureArgs, path: &Path) -> Result<(), Failure> {
     let camera = Camera::fit(mesh.bounds(), &view(args)).map_err(Failure::run)?;
     let image = render::render_software(mesh, &camera, &style(args)).map_err(Failure::run)?;
-    render::save_png(&image, path).map_err(Failure::run)
+    render::save_png(image, path).map_err(Failure::run)
 }

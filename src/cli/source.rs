@@ -1,16 +1,18 @@
-//! What the first argument names: a field, a WGSL file, a volume, or points.
+//! What the first argument is: a field's name, a formula, a WGSL file, a volume, or points.
 
 use super::Failure;
 use super::args::{RawArgs, SourceArgs};
 use super::blobs::load_components;
 use crate::components;
 use crate::extract::{Options, Source};
-use crate::field::named::Named;
+use crate::field::named::{self, Named};
 use crate::field::user::UserField;
 use crate::field::{Field, Sense};
+use crate::graph::{Expr, GraphField, formula};
 use crate::grid::{Grid, GridError};
 use crate::volume::{self, OpenOptions, RawLayout, Volume};
 use glam::Vec3;
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// Cells an axis unless the user says.
@@ -74,16 +76,41 @@ pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<(Loa
     if volume::is_volume_ending(path) {
         return load_volume(args, raw, path, memory_budget);
     }
+    let formula = formula::parse(&args.source, &args.parameters);
+    let is_name = named::ALL.iter().any(|d| d.name == args.source);
+    if !is_name && !path.exists() && (formula.is_ok() || looks_like_formula(&args.source)) {
+        return load_formula(args, &formula.map_err(Failure::usage)?);
+    }
     if ending.is_some() || args.source.contains(['/', '\\']) || path.exists() {
         return Err(Failure::usage(format!(
-            "{}: this ending is none that is read; a source is a field's name (see `isoforge fields`), a .wgsl file, \
-             a volume ({}), or points ({})",
+            "{}: this ending is none that is read; a source is a field's name (see `isoforge fields`), a formula, \
+             a .wgsl file, a volume ({}), or points ({})",
             args.source,
             volume::ENDINGS.join(" "),
             components::ENDINGS.join(" ")
         )));
     }
     load_named(args)
+}
+
+/// Whether a text that is no formula was meant to be one: it has what no file's name should have.
+fn looks_like_formula(text: &str) -> bool {
+    let ending = Path::new(text).extension().and_then(|e| e.to_str()).unwrap_or("");
+    let is_file = ending.starts_with(char::is_alphabetic) && ending.chars().all(char::is_alphanumeric);
+    !is_file && text.contains(|c: char| c.is_whitespace() || "+*^()<>=|²³".contains(c)) || text.is_empty()
+}
+
+fn load_formula(args: &SourceArgs, expr: &Expr) -> Result<(Loaded, Vec<String>), Failure> {
+    let sense = args.inside.map_or(Sense::Below, Sense::from);
+    let field = GraphField::new(expr, sense);
+    let unused = args.parameters.iter().find(|(name, _)| field.parameters().all(|(used, _)| used != name));
+    if let Some((name, _)) = unused {
+        let used: Vec<&str> = field.parameters().map(|(name, _)| name).collect();
+        let used = if used.is_empty() { "no parameter".into() } else { used.join(", ") };
+        return Err(Failure::usage(format!("--param {name}: the formula has {used}; leave `{name}` out")));
+    }
+    let grid = grid(args, HALF_EDGE)?;
+    Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0 }, Vec::new()))
 }
 
 fn load_named(args: &SourceArgs) -> Result<(Loaded, Vec<String>), Failure> {
@@ -109,17 +136,24 @@ fn load_wgsl(args: &SourceArgs, path: &Path) -> Result<(Loaded, Vec<String>), Fa
         )));
     }
     let grid = grid(args, HALF_EDGE)?;
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| Failure::run(format!("{} cannot be read: {e}", path.display())))?;
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        let remedy = match e.kind() {
+            ErrorKind::InvalidData => "save it as UTF-8 text",
+            ErrorKind::NotFound => "check the name",
+            _ => "check that it is a file that you may read",
+        };
+        Failure::run(format!("{} cannot be read: {e}; {remedy}", path.display()))
+    })?;
     let sense = args.inside.map_or(Sense::Below, Sense::from);
     let field = UserField::new(&text, &args.source, sense).map_err(Failure::run)?;
-    Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0 }, Vec::new()))
+    let note = field.obstacle().map(|obstacle| format!("note: density stays on the GPU: {obstacle}"));
+    Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0 }, note.into_iter().collect()))
 }
 
 /// A remark where neighbouring points of the grid are hardly different numbers.
 pub fn precision_remark(grid: &Grid) -> Option<String> {
     let far = grid.position(grid.cells().as_vec3()).abs().max(grid.origin().abs()).max_element();
-    let units = grid.shortest_step() / (far * f32::EPSILON);
+    let units = grid.shortest_step() / (f64::from(far) * f64::from(f32::EPSILON));
     (units < 16.0).then(|| {
         format!("the grid's steps are {units:.1} units in the last place of its coordinates (32-bit floats): vertices will \
                  fall together; move the grid towards the origin or coarsen it")

@@ -8,7 +8,8 @@ use serde::Serialize;
 pub struct Stats<'a> {
     pub vertices: u64,
     pub triangles: u64,
-    /// Zero-area triangles in the mesh as written; null if it was not read back.
+    /// Zero-area triangles in the mesh as written; null if it never left the GPU: counting alone is not
+    /// worth a second copy of it in memory.
     pub degenerate_triangles: Option<u64>,
     /// Triangles that `--no-degenerate` removed: of zero area, and pairs pressed onto each other.
     pub removed_triangles: u64,

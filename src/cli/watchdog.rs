@@ -6,12 +6,20 @@
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-/// Ends the process when the GPU was not heard of for the time limit; stands down when dropped.
+/// What may be wrong with an extraction that does not end.
+pub const EXTRACTING: &str = "the field may loop without end, or the grid is too fine for this adapter; raise \
+                              --time-limit or coarsen the grid";
+/// And with drawing.
+pub const DRAWING: &str =
+    "the mesh or the picture is too large for this adapter; raise --time-limit or give a smaller --size";
+
+/// Ends the process when the GPU was not heard of for the time limit; stands down when dropped. It is for
+/// GPU work alone: encoding and writing take the time that they take.
 pub struct Watchdog(Sender<()>);
 
 impl Watchdog {
-    /// Watches from now on.
-    pub fn new(seconds: u64) -> Self {
+    /// Watches from now on; `remedy` is what to say in the end.
+    pub fn new(seconds: u64, remedy: &'static str) -> Self {
         let (alive, heard) = channel();
         std::thread::spawn(move || {
             loop {
@@ -20,8 +28,7 @@ impl Watchdog {
                     Err(RecvTimeoutError::Disconnected) => return,
                     Err(RecvTimeoutError::Timeout) => {
                         eprintln!(
-                            "isoforge: the GPU did not finish a piece of work within {seconds} s: the field may loop \
-                             without end, or the grid is too fine for this adapter; raise --time-limit or coarsen the grid"
+                            "isoforge: the GPU did not finish a piece of work within {seconds} s: {remedy}"
                         );
                         std::process::exit(1);
                     }

@@ -42,6 +42,16 @@ pub struct Extraction {
     pub report: Report,
 }
 
+/// How a run ended.
+enum Run {
+    Done(Box<Extraction>),
+    /// What there is to do does not fit beside the mesh: bytes of the mesh, and of reading it back.
+    Short {
+        mesh: u64,
+        read: u64,
+    },
+}
+
 /// Where a slab's vertices and triangles lie in the whole mesh.
 #[derive(Debug, Clone, Copy, Default)]
 struct Place {
@@ -94,16 +104,17 @@ impl Extractor {
     /// [`ExtractError::Gpu`], [`ExtractError::NoForm`], [`ExtractError::Budget`],
     /// [`ExtractError::Binding`], [`ExtractError::TooManyBricks`].
     pub fn prepare(&self, source: &Source<'_>, memory_budget: u64) -> Result<Workspace, ExtractError> {
-        self.prepare_cut(source, memory_budget, UVec3::MAX)
+        Ok(self.prepare_cut(source, memory_budget, UVec3::MAX)?.0)
     }
 
-    /// [`Extractor::prepare`] with slabs that own at most `most` bricks an axis.
+    /// [`Extractor::prepare`] with slabs that own at most `most` bricks an axis, and the seconds of the
+    /// upload if there was one.
     fn prepare_cut(
         &self,
         source: &Source<'_>,
         memory_budget: u64,
         most: UVec3,
-    ) -> Result<Workspace, ExtractError> {
+    ) -> Result<(Workspace, Option<f64>), ExtractError> {
         check(source, &Options { memory_budget, ..Options::new(0.0) })?;
         let gpu = &self.gpu;
         let device_limits = gpu.device.limits();
@@ -131,10 +142,11 @@ impl Extractor {
         let plan = Plan::new(source.grid(), is_volume, limits, most)?;
         let workspace = Workspace::new(gpu, source, plan, kernels, data)?;
         self.set_source(&workspace, source)?;
+        let mut upload = None;
         if workspace.plan.slab_count() == 1 {
-            self.upload(&workspace, source, workspace.plan.slab(0))?;
+            self.upload_timed(&workspace, source, workspace.plan.slab(0), &mut upload)?;
         }
-        Ok(workspace)
+        Ok((workspace, upload))
     }
 
     /// Checks that `space` was made for such a source, and takes over a field's parameters.
@@ -158,7 +170,8 @@ impl Extractor {
             return Err(ExtractError::OtherSource);
         }
         let given = wgsl.parameters.len();
-        if given > 4 * PARAMETER_VECTORS {
+        // The last place stays 0 (shaders/graph/exact.wgsl).
+        if given >= 4 * PARAMETER_VECTORS {
             return Err(ExtractError::TooManyParameters { given });
         }
         Ok(self.gpu.write(&space.field_parameters, bytemuck::cast_slice(&wgsl.parameters))?)
@@ -189,10 +202,12 @@ impl Extractor {
     /// # Errors
     /// As both.
     pub fn extract(&self, source: &Source<'_>, options: &Options) -> Result<Extraction, ExtractError> {
-        self.extract_with(source, options, &|_| {})
+        self.extract_with(source, options, false, &|_| {})
     }
 
-    /// [`Extractor::extract`]; `progress` hears how much is done, from 0 to 1.
+    /// [`Extractor::extract`]; `progress` hears how much is done, from 0 to 1. With `read_back` the budget
+    /// must also hold what [`GpuMesh::read`] takes beside the mesh, so that a mesh that cannot be read is
+    /// refused before it is made.
     ///
     /// # Errors
     /// As [`Extractor::extract`].
@@ -200,34 +215,47 @@ impl Extractor {
         &self,
         source: &Source<'_>,
         options: &Options,
+        read_back: bool,
         progress: &dyn Fn(f64),
     ) -> Result<Extraction, ExtractError> {
+        let budget = options.memory_budget;
         let mut most = UVec3::MAX;
-        let mut scratch_budget = options.memory_budget;
-        let mut short = None;
-        loop {
-            let start = Instant::now();
-            let space = match (self.prepare_cut(source, scratch_budget, most), short) {
-                // The least scratch does not fit beside the mesh.
-                (Err(ExtractError::Budget { .. }), Some(error)) => return Err(error),
-                (prepared, _) => prepared?,
+        // Known once the mesh is counted.
+        let (mut mesh, mut read) = (0, 0);
+        // The one figure that suffices: what `least` bytes of scratch and the mesh take, and reading it.
+        let short = |least: u64, mesh: u64, read: u64| {
+            let [scratch, read] = [least, read].map(|bytes| mesh.saturating_add(bytes));
+            let what = if read > scratch {
+                "the mesh on the GPU and in main memory"
+            } else {
+                "the mesh with the scratch"
             };
-            let upload = start.elapsed().as_secs_f64();
-            match (self.extract_in(&space, source, options, progress), plan::finer(space.plan.own)) {
+            ExtractError::Budget { what, needed: scratch.max(read), budget }
+        };
+        loop {
+            let (space, upload) = match self.prepare_cut(source, budget - mesh, most) {
+                Err(ExtractError::Budget { needed, .. }) if mesh > 0 => {
+                    return Err(short(needed, mesh, read));
+                }
+                prepared => prepared?,
+            };
+            match (self.run(&space, source, options, read_back, progress), plan::finer(space.plan.own)) {
                 // A slab's part of the mesh is more than the adapter binds: smaller slabs.
-                (Err(ExtractError::Binding { .. }), Some(finer)) => {
-                    most = finer;
-                    short = None;
-                }
-                // The mesh leaves less room than the scratch took: as much scratch as there is room for.
-                (Err(ExtractError::Budget { what, needed, budget }), _) => {
-                    scratch_budget = (budget + space.plan.bytes).saturating_sub(needed);
-                    short = Some(ExtractError::Budget { what, needed, budget });
-                }
+                (Err(ExtractError::Binding { .. }), Some(finer)) => most = finer,
                 (Err(error), _) => return Err(error),
-                (Ok(mut extraction), _) => {
-                    *extraction.report.seconds[at::UPLOAD].get_or_insert(0.0) += upload;
-                    return Ok(extraction);
+                (Ok(Run::Short { mesh: of_mesh, read: of_read }), _) => {
+                    let least = space.plan.least_bytes;
+                    if of_mesh.saturating_add(least.max(of_read)) > budget {
+                        return Err(short(least, of_mesh, of_read));
+                    }
+                    // The mesh leaves less room than the scratch took: as much scratch as there is room for.
+                    (mesh, read) = (of_mesh, of_read);
+                }
+                (Ok(Run::Done(mut extraction)), _) => {
+                    if let Some(upload) = upload {
+                        *extraction.report.seconds[at::UPLOAD].get_or_insert(0.0) += upload;
+                    }
+                    return Ok(*extraction);
                 }
             }
         }
@@ -247,6 +275,23 @@ impl Extractor {
         options: &Options,
         progress: &dyn Fn(f64),
     ) -> Result<Extraction, ExtractError> {
+        match self.run(space, source, options, false, progress)? {
+            Run::Done(extraction) => Ok(*extraction),
+            Run::Short { mesh, .. } => {
+                let (needed, budget) = (space.plan.bytes + mesh, options.memory_budget);
+                Err(ExtractError::Budget { what: "the mesh with the scratch", needed, budget })
+            }
+        }
+    }
+
+    fn run(
+        &self,
+        space: &Workspace,
+        source: &Source<'_>,
+        options: &Options,
+        read_back: bool,
+        progress: &dyn Fn(f64),
+    ) -> Result<Run, ExtractError> {
         check(source, options)?;
         self.set_source(space, source)?;
         let gpu = &self.gpu;
@@ -265,7 +310,7 @@ impl Extractor {
         let totals = gpu.buffer("totals", work_bytes * slabs as u64, usage)?;
         for slab in space.plan.slabs() {
             if cut {
-                self.upload_timed(space, source, slab, &mut seconds)?;
+                self.upload_timed(space, source, slab, &mut seconds[at::UPLOAD])?;
             }
             gpu.guarded("extraction", space.plan.bytes, || {
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -290,11 +335,18 @@ impl Extractor {
             return Err(ExtractError::Runaway { limit: MAX_ITERATIONS });
         }
         let places = places(&works)?;
-        let (mesh, peak_bytes) = self.allocate(space, options, &places)?;
+        let total = self.bindable(space, &places)?;
+        let mesh_bytes = GpuMesh::bytes_for(total[0], total[1]);
+        let read = if read_back { GpuMesh::read_bytes_for(total[0], total[1]) } else { 0 };
+        let peak_bytes = mesh_bytes + space.plan.bytes.max(read);
+        if peak_bytes > options.memory_budget {
+            return Ok(Run::Short { mesh: mesh_bytes, read });
+        }
+        let mesh = GpuMesh::with_capacity(gpu, total[0], total[1])?;
         for (slab, place) in space.plan.slabs().zip(&places) {
             if place.count != [0; 2] {
                 if cut {
-                    self.upload_timed(space, source, slab, &mut seconds)?;
+                    self.upload_timed(space, source, slab, &mut seconds[at::UPLOAD])?;
                 }
                 gpu.guarded("extraction", space.plan.bytes, || {
                     let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -339,7 +391,7 @@ impl Extractor {
             peak_bytes,
             seconds,
         };
-        Ok(Extraction { mesh, report })
+        Ok(Run::Done(Box::new(Extraction { mesh, report })))
     }
 
     /// The lowest and highest finite value of `source`: of all samples of a volume, of a coarse grid's for
@@ -374,11 +426,12 @@ impl Extractor {
         space: &Workspace,
         source: &Source<'_>,
         slab: Slab,
-        seconds: &mut [Option<f64>],
+        seconds: &mut Option<f64>,
     ) -> Result<(), GpuError> {
+        let Source::Volume(volume) = source else { return Ok(()) };
         let start = Instant::now();
-        self.upload(space, source, slab)?;
-        *seconds[at::UPLOAD].get_or_insert(0.0) += start.elapsed().as_secs_f64();
+        self.upload(space, volume, slab)?;
+        *seconds.get_or_insert(0.0) += start.elapsed().as_secs_f64();
         Ok(())
     }
 
@@ -392,19 +445,9 @@ impl Extractor {
         if work.runaway != 0 { Err(ExtractError::Runaway { limit: MAX_ITERATIONS }) } else { Ok(()) }
     }
 
-    /// The mesh's buffers, exactly as long as needed.
-    fn allocate(
-        &self,
-        space: &Workspace,
-        options: &Options,
-        places: &[Place],
-    ) -> Result<(GpuMesh, u64), ExtractError> {
+    /// Vertices and triangles of the whole mesh, if the adapter holds them and binds each slab's part.
+    fn bindable(&self, space: &Workspace, places: &[Place]) -> Result<[u32; 2], ExtractError> {
         let total = places.last().map_or([0; 2], |p| [p.first[0] + p.count[0], p.first[1] + p.count[1]]);
-        let mesh_bytes = u64::from(total[0]) * Target::BYTES[0] + u64::from(total[1]) * Target::BYTES[1];
-        let (needed, budget) = (space.plan.bytes + mesh_bytes, options.memory_budget);
-        if needed > budget {
-            return Err(ExtractError::Budget { what: "the mesh with the scratch", needed, budget });
-        }
         let limits = self.gpu.device.limits();
         for place in places {
             for i in 0..2 {
@@ -421,7 +464,7 @@ impl Extractor {
         }
         // The mesh's buffers have one item to spare, and whole blocks of 16 bytes.
         self.fits(total, limits.max_buffer_size.saturating_sub(40))?;
-        Ok((GpuMesh::with_capacity(&self.gpu, total[0], total[1])?, needed))
+        Ok(total)
     }
 
     /// Whether so many vertices and triangles take at most `limit` bytes each.

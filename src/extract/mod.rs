@@ -94,14 +94,12 @@ pub const STAGES: [&str; 8] = ["read", "upload", "cull", "sample", "classify", "
 /// Indices into [`Report::seconds`].
 #[allow(missing_docs, reason = "the names say it all")]
 pub mod stage_index {
-    pub const READ: usize = 0;
     pub const UPLOAD: usize = 1;
     pub const CULL: usize = 2;
     pub const SAMPLE: usize = 3;
     pub const CLASSIFY: usize = 4;
     pub const SCAN: usize = 5;
     pub const EMIT: usize = 6;
-    pub const READBACK: usize = 7;
 }
 
 /// What an extraction did.
@@ -153,7 +151,7 @@ pub enum ExtractError {
     /// The least slab of bricks is more than the adapter can bind.
     #[error(
         "the smallest slab of the grid, {bricks} bricks, needs a binding of {needed} bytes, and the adapter {adapter} binds at most \
-         {limit}: use the CPU backend or coarsen the grid"
+         {limit}: coarsen the grid"
     )]
     Binding {
         /// Bricks of the slab with its halo.
@@ -180,8 +178,8 @@ pub enum ExtractError {
     },
     /// The mesh, or the room that the caller gave it, is more than one buffer of the adapter.
     #[error(
-        "{what} take {needed} bytes, and a buffer of the adapter {adapter} at most {limit}: use the CPU backend, \
-         coarsen the grid, or give less room"
+        "{what} take {needed} bytes, and a buffer of the adapter {adapter} at most {limit}: coarsen the grid, \
+         or give less room"
     )]
     MeshBuffer {
         /// Vertices or triangles.
@@ -222,7 +220,7 @@ pub enum ExtractError {
     #[error("the workspace was prepared for another source: prepare one for this grid and field")]
     OtherSource,
     /// A field with more parameters than its buffer has places for.
-    #[error("the field has {given} parameters; there is room for {}", 4 * crate::field::PARAMETER_VECTORS)]
+    #[error("the field has {given} parameters; there is room for {}", 4 * crate::field::PARAMETER_VECTORS - 1)]
     TooManyParameters {
         /// How many it has.
         given: usize,

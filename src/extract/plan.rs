@@ -15,7 +15,7 @@
 
 use super::ExtractError;
 use crate::grid::{BRICK, Grid};
-use crate::stage::params::Work;
+use crate::stage::params::{Params, Work};
 use crate::stage::sample::BRICK_BYTES;
 use glam::UVec3;
 
@@ -24,6 +24,10 @@ const SCRATCH_BYTES: u64 = 8 + 4 + 4 + RECORD_BYTES + 8 + 8;
 const RECORD_BYTES: u64 = size_of::<crate::stage::classify::BrickRecord>() as u64;
 /// What a slab leaves to be remembered: its counts, on the GPU and read back, and its place in the mesh.
 const SLAB_BYTES: u64 = 2 * size_of::<Work>() as u64 + 32;
+/// What a batch takes beside its samples: dispatch arguments, and the settings to count and to emit with.
+const BATCH_OWN_BYTES: u64 = 24 + 2 * size_of::<Params>() as u64;
+/// Bricks of the smallest batch.
+const LEAST_BATCH: u64 = 64;
 /// A slab's vertices (at most 1536 a brick) and triangles (2560) must be counted in 32 bits.
 const MOST_BRICKS: u64 = (u32::MAX / 2560) as u64;
 /// Samples in memory at once beyond which more gain nothing.
@@ -76,6 +80,8 @@ pub struct Plan {
     /// Bytes of the scratch, the source, and for a volume its samples in main memory and those on their
     /// way to the GPU.
     pub bytes: u64,
+    /// The bytes of the cut that takes the fewest.
+    pub least_bytes: u64,
 }
 
 /// What limits a plan.
@@ -92,39 +98,39 @@ pub struct Limits<'a> {
 }
 
 impl Plan {
-    /// Cuts `grid` into as few slabs as the limits allow, each owning at most `most` bricks an axis.
+    /// Halves the slabs of `grid`, which own at most `most` bricks an axis, until they fit.
     ///
     /// # Errors
     /// [`ExtractError::Budget`], [`ExtractError::Binding`] if even the least slab is too much.
     pub fn new(grid: &Grid, is_volume: bool, limits: Limits<'_>, most: UVec3) -> Result<Self, ExtractError> {
-        let mut own = most.min(grid.bricks());
-        let fixed = limits.fixed + if is_volume { 4 * grid.point_count() } else { 0 };
-        loop {
-            let plan = Self::with_own(grid, is_volume, limits, own);
-            let largest = plan.largest_binding();
-            let finer = finer(own);
-            // Of what the volume leaves, scratch gets half where it can: the rest is the mesh's.
-            let room = limits.budget.saturating_sub(fixed);
-            let budget = if finer.is_some() { fixed.saturating_add(room / 2) } else { limits.budget };
-            let bricks = bricks_with_halo(grid.bricks(), own);
-            if largest <= limits.binding && plan.bytes <= budget && bricks <= MOST_BRICKS {
-                return Ok(plan);
-            }
-            if let Some(finer) = finer {
-                own = finer;
-                continue;
-            }
-            if plan.bytes > limits.budget {
-                let what = "the smallest slab of the grid";
-                return Err(ExtractError::Budget { what, needed: plan.bytes, budget: limits.budget });
-            }
+        let cuts = || std::iter::successors(Some(most.min(grid.bricks())), |&own| finer(own));
+        let allowed = |plan: &Self| {
+            let bricks = bricks_with_halo(grid.bricks(), plan.own);
+            plan.largest_binding() <= limits.binding && bricks <= MOST_BRICKS
+        };
+        let with = |own, budget| Self::with_own(grid, is_volume, Limits { budget, ..limits }, own);
+        // Not always the finest cut: each slab leaves something to be remembered.
+        let least = cuts().map(|own| with(own, 0)).filter(allowed).min_by_key(|plan| plan.bytes);
+        let Some(least) = least else {
+            let finest = with(cuts().last().unwrap_or(UVec3::ONE), 0);
             return Err(ExtractError::Binding {
-                bricks: plan.bricks.into(),
-                needed: largest,
+                bricks: finest.bricks.into(),
+                needed: finest.largest_binding(),
                 limit: limits.binding,
                 adapter: limits.adapter.into(),
             });
+        };
+        let least_bytes = least.bytes;
+        if least_bytes > limits.budget {
+            let what = "the smallest slab of the grid";
+            return Err(ExtractError::Budget { what, needed: least_bytes, budget: limits.budget });
         }
+        // Of what the volume leaves, scratch gets half where it can: the rest is the mesh's.
+        let fixed = limits.fixed + if is_volume { 4 * grid.point_count() } else { 0 };
+        let half = fixed.saturating_add(limits.budget.saturating_sub(fixed) / 2);
+        let fitting =
+            cuts().map(|own| with(own, limits.budget)).filter(allowed).find(|plan| plan.bytes <= half);
+        Ok(Self { least_bytes, ..fitting.unwrap_or(least) })
     }
 
     fn largest_binding(&self) -> u64 {
@@ -150,11 +156,15 @@ impl Plan {
             let on_their_way = bytes.min(2 * UPLOAD_BYTES.max(row));
             (bytes, bricks, 4 * grid.point_count() + on_their_way)
         } else {
-            let room = limits.budget.saturating_sub(2 * scratch + limits.fixed) / 2;
-            let bytes = room.min(limits.binding).clamp(64 * BRICK_BYTES, BATCH_BYTES);
+            // The smaller the batches, the more there are of them.
+            let own_bytes = bricks.div_ceil(LEAST_BATCH) * BATCH_OWN_BYTES;
+            let room = limits.budget.saturating_sub(2 * (scratch + own_bytes) + limits.fixed) / 2;
+            let bytes = room.min(limits.binding).clamp(LEAST_BATCH * BRICK_BYTES, BATCH_BYTES);
             let slots = (bytes / BRICK_BYTES).min(bricks);
             (slots * BRICK_BYTES, slots, 0)
         };
+        let batches = bricks.div_ceil(batch_slots.max(1));
+        let bytes = scratch + batches * BATCH_OWN_BYTES + source_bytes + host_bytes + limits.fixed;
         Self {
             grid_bricks,
             grid_points,
@@ -164,8 +174,9 @@ impl Plan {
             bricks: u32::try_from(bricks).unwrap_or(u32::MAX),
             source_bytes,
             batch_slots: u32::try_from(batch_slots).unwrap_or(u32::MAX),
-            batches: u32::try_from(bricks.div_ceil(batch_slots.max(1))).unwrap_or(u32::MAX),
-            bytes: scratch + source_bytes + host_bytes + limits.fixed,
+            batches: u32::try_from(batches).unwrap_or(u32::MAX),
+            bytes,
+            least_bytes: bytes,
         }
     }
 
@@ -304,6 +315,46 @@ mod tests {
             assert!(plan.largest_binding() <= limits.binding, "{cells:?}");
             assert!(plan.slab_count() > 1, "{cells:?}");
         }
+    }
+
+    /// What is named suffices, whatever was asked for first; batches count with what they take themselves.
+    #[test]
+    fn the_least_need_is_one_figure() {
+        let with = |cells, is_volume, budget| {
+            let grid = Grid::from_bounds(cells, Vec3::ZERO, Vec3::ONE).unwrap();
+            Plan::new(
+                &grid,
+                is_volume,
+                Limits { binding: 1 << 31, budget, fixed: 0, adapter: "" },
+                UVec3::MAX,
+            )
+        };
+        // Of the last one the finest cut is not the smallest: it has so many slabs.
+        for cells in [[64; 3], [400, 30, 9], [5000, 100, 900], [1 << 20, 100, 100]] {
+            for is_volume in [false, true] {
+                let least = with(cells, is_volume, u64::MAX).unwrap().least_bytes;
+                for budget in [0, least / 2, least - 1] {
+                    let found = with(cells, is_volume, budget);
+                    assert!(matches!(found, Err(ExtractError::Budget { needed, .. }) if needed == least));
+                }
+                for budget in [least, least + least / 3, 2 * least, 5 * least] {
+                    let plan = with(cells, is_volume, budget).unwrap();
+                    assert!(
+                        plan.bytes <= budget && plan.least_bytes == least,
+                        "{cells:?}, {budget}: {plan:?}"
+                    );
+                    let settings = u64::from(plan.batches) * (24 + 2 * size_of::<Params>() as u64);
+                    let bricks = u64::from(plan.bricks);
+                    let slabs = plan.slab_count() as u64 * SLAB_BYTES;
+                    let scratch = bricks * SCRATCH_BYTES + bricks / 8 + slabs + 4096;
+                    assert!(plan.bytes >= plan.source_bytes + scratch + settings, "{plan:?}");
+                }
+            }
+        }
+        let grid = Grid::from_bounds([1 << 20, 100, 100], Vec3::ZERO, Vec3::ONE).unwrap();
+        let limits = Limits { binding: 1 << 31, budget: 0, fixed: 0, adapter: "" };
+        let finest = Plan::with_own(&grid, false, limits, UVec3::new(LEAST_RUN, 1, 1));
+        assert!(with([1 << 20, 100, 100], false, u64::MAX).unwrap().least_bytes < finest.bytes);
     }
 
     #[test]

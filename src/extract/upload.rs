@@ -2,16 +2,16 @@
 
 use super::plan::{Slab, UPLOAD_BYTES};
 use super::workspace::Workspace;
-use super::{Extractor, Options, Source};
+use super::{Extractor, Options};
 use crate::gpu::GpuError;
 use crate::grid::Grid;
 use crate::stage::params::Work;
+use crate::volume::Volume;
 use std::num::NonZeroU64;
 
 impl Extractor {
     /// Puts a volume's slab on the GPU and builds its range table.
-    pub(super) fn upload(&self, space: &Workspace, source: &Source<'_>, slab: Slab) -> Result<(), GpuError> {
-        let Source::Volume(volume) = source else { return Ok(()) };
+    pub(super) fn upload(&self, space: &Workspace, volume: &Volume, slab: Slab) -> Result<(), GpuError> {
         let gpu = &self.gpu;
         let row_bytes = 4 * slab.points.x as usize;
         let rows = slab.points.y as usize * slab.points.z as usize;

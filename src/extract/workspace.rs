@@ -54,7 +54,8 @@ pub struct Workspace {
     pub(super) field_data: Arc<[u32]>,
     pub(super) field_data_buffer: wgpu::Buffer,
     pub(super) source: wgpu::Buffer,
-    /// Ranges of the slab's bricks; small where the source is a field.
+    /// Ranges of the slab's bricks: 8 bytes each, also where the source is a field, whose are needed only for
+    /// an empty mesh.
     pub(super) ranges: wgpu::Buffer,
     /// One word: samples of the slab that are not finite, counted with the ranges.
     pub(super) odd: wgpu::Buffer,

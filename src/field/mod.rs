@@ -4,8 +4,9 @@
 //! inside, and gives values and gradients on the CPU over slices of points, on the GPU as WGSL
 //! text, or both. [`named`] has the fields with a name, [`user`] the WGSL functions of users.
 
+pub mod functions;
 pub mod named;
-pub mod turns;
+pub mod noise;
 pub mod user;
 
 use crate::graph::interval::{ALL, Interval};
@@ -46,7 +47,8 @@ impl Points<'_> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wgsl {
     /// Defines `fn density(p: vec3<f32>) -> f32`. This and the others may read `field_parameters[i]`
-    /// (`vec4<f32>`, i < [`PARAMETER_VECTORS`]), and call `sin_turns` and `cos_turns`.
+    /// (`vec4<f32>`, i < [`PARAMETER_VECTORS`]), and call what [`functions`] and
+    /// [`noise`] have (there `sin_turns` and `cos_turns`, the others as `iso_exp` and so on).
     pub value: Arc<str>,
     /// Defines `fn density_gradient(p: vec3<f32>) -> vec3<f32>`, without `value` beside it; where there is
     /// none, central differences are taken.

@@ -5,20 +5,34 @@
 //! prefix of its own, so that no helper's name clashes with the library's, and every loop counts
 //! its iterations and leaves when one invocation has made [`MAX_ITERATIONS`]: an endless loop would
 //! hang a GPU, and lavapipe ends it in silence after 65,535 iterations with a wrong value.
+//!
+//! Where the function can be written as an expression of the field graph ([`from_wgsl`]), that is what is
+//! evaluated, on both backends, with exact gradients and bounds; of a long one, on the CPU alone. Else the rewritten text runs on the GPU
+//! alone, and [`UserField::obstacle`] says why.
 
-use super::{Field, NoForm, Points, Sense, Wgsl};
-use naga::{Block, Expression, Handle, Literal, Module, Span, Statement};
+mod rewrite;
+
+use super::{Field, NoForm, Points, Sense, Wgsl, Within};
+use crate::excerpt::{Excerpt, excerpt};
+use crate::graph::GraphField;
+use crate::graph::from_wgsl::{self, Obstacle};
+use crate::graph::interval::{ALL, Interval};
+use naga::{Handle, Module, Span};
+use rewrite::{check_pointers, count_loops, rename};
 use std::sync::Arc;
 
 /// Iterations that all loops of the function may make in one invocation of a kernel (which
 /// evaluates the function from three to a few dozen times).
 pub const MAX_ITERATIONS: u32 = 50_000;
 
+/// Operations up to which a GPU runs the expression, and of which it computes bounds. Drivers compile long
+/// straight code in a time that grows faster than its length: lavapipe minutes for 2,000 operations.
+const MOST_ON_GPU: usize = 1000;
+const MOST_INTERVALS: usize = 300;
+
 /// Bytes that a source may have, and the stack it is checked on.
 const MAX_SOURCE: usize = 1 << 20;
 const STACK: usize = 1 << 30;
-/// Characters of a line that an error shows.
-const EXCERPT: usize = 100;
 
 /// What is wrong with the user's source, and where.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -41,6 +55,8 @@ pub struct UserError {
 pub struct UserField {
     sense: Sense,
     rewritten: Arc<str>,
+    graph: Option<GraphField>,
+    obstacle: Option<Obstacle>,
 }
 
 impl UserField {
@@ -66,6 +82,22 @@ impl UserField {
         })
     }
 
+    /// The function as an expression, if it is one.
+    pub fn graph(&self) -> Option<&GraphField> {
+        self.graph.as_ref()
+    }
+
+    /// Why only a GPU evaluates the function, if that is so.
+    pub fn obstacle(&self) -> Option<&Obstacle> {
+        self.obstacle.as_ref()
+    }
+
+    /// The function as it was written, for the GPU alone.
+    #[must_use]
+    pub fn as_written(self) -> Self {
+        Self { graph: None, ..self }
+    }
+
     fn check(source: &str, file: &str, sense: Sense) -> Result<Self, UserError> {
         let error = |span: Option<Span>, message: String| locate(source, file, span, message);
         let mut module = naga::front::wgsl::parse_str(source).map_err(|e| {
@@ -74,6 +106,13 @@ impl UserField {
         })?;
         let info = validate(&module).map_err(|(span, message)| error(span, message))?;
         check_form(&module, &info).map_err(|(span, message)| error(span, message))?;
+        let (graph, obstacle) = match from_wgsl::lower(&module, source, sense) {
+            Ok(graph) => (Some(graph), None),
+            Err(obstacle) => (None, Some(obstacle)),
+        };
+        if graph.as_ref().is_none_or(|graph| graph.operations() > MOST_ON_GPU) {
+            check_pointers(&module).map_err(|(span, message)| error(span, message))?;
+        }
         count_loops(&mut module);
         rename(&mut module);
         let info = validate(&module).map_err(|(span, message)| error(span, message))?;
@@ -88,7 +127,7 @@ impl UserField {
             );
             error(None, message)
         })?;
-        Ok(Self { sense, rewritten: rewritten.into() })
+        Ok(Self { sense, rewritten: rewritten.into(), graph, obstacle })
     }
 }
 
@@ -97,11 +136,24 @@ impl Field for UserField {
         self.sense
     }
 
-    fn values(&self, _: Points<'_>, _: &mut [f32]) -> Result<(), NoForm> {
-        Err(NoForm::Cpu)
+    fn values(&self, points: Points<'_>, out: &mut [f32]) -> Result<(), NoForm> {
+        self.graph().ok_or(NoForm::Cpu)?.values(points, out)
+    }
+
+    fn gradients(&self, points: Points<'_>, delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+        self.graph().ok_or(NoForm::Cpu)?.gradients(points, delta, out)
+    }
+
+    fn within(&self, region: [Interval; 3]) -> Within {
+        self.graph().map_or(Within { range: ALL, field: None }, |graph| graph.within(region))
     }
 
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
+        if let Some(graph) = self.graph().filter(|graph| graph.operations() <= MOST_ON_GPU) {
+            let wgsl = graph.wgsl()?;
+            let interval = wgsl.interval.filter(|_| graph.operations() <= MOST_INTERVALS);
+            return Ok(Wgsl { interval, ..wgsl });
+        }
         Ok(Wgsl {
             value: self.rewritten.clone(),
             gradient: None,
@@ -117,17 +169,8 @@ type Fault = (Option<Span>, String);
 
 fn locate(source: &str, file: &str, span: Option<Span>, message: String) -> UserError {
     let place = span.filter(|s| s.is_defined()).map_or(0, |s| s.location(source).offset as usize);
-    let before = source.get(..place).unwrap_or(source);
-    let line = before.matches('\n').count();
-    let column = before.rsplit('\n').next().unwrap_or("").chars().count();
-    let text: Vec<char> = source.lines().nth(line).unwrap_or("").chars().collect();
-    // Of a long line, the part around the column; tabs stay tabs, so that the caret stands right.
-    let from = column.saturating_sub(EXCERPT / 2).min(text.len().saturating_sub(EXCERPT));
-    let shown = &text[from..text.len().min(from + EXCERPT)];
-    let indent: String =
-        shown.iter().take(column - from).map(|c| if *c == '\t' { '\t' } else { ' ' }).collect();
-    let excerpt = format!("  {}\n  {indent}^", shown.iter().collect::<String>());
-    UserError { file: file.into(), line: line as u32 + 1, column: column as u32 + 1, message, excerpt }
+    let Excerpt { line, column, text } = excerpt(source, place);
+    UserError { file: file.into(), line, column, message, excerpt: text }
 }
 
 fn validate(module: &Module) -> Result<naga::valid::ModuleInfo, Fault> {
@@ -206,116 +249,6 @@ fn check_form(module: &Module, info: &naga::valid::ModuleInfo) -> Result<(), Fau
         return Err((Some(module.functions.get_span(handle)), message));
     }
     Ok(())
-}
-
-/// Puts a count and a way out in front of every loop body, and a return behind every body.
-fn count_loops(module: &mut Module) {
-    let u32_type = module.types.insert(
-        naga::Type { name: None, inner: naga::TypeInner::Scalar(naga::Scalar::U32) },
-        Span::UNDEFINED,
-    );
-    let counter = module.global_variables.append(
-        naga::GlobalVariable {
-            name: Some("isoforge_iterations".into()),
-            space: naga::AddressSpace::Private,
-            binding: None,
-            ty: u32_type,
-            init: None,
-            memory_decorations: naga::MemoryDecorations::empty(),
-        },
-        Span::UNDEFINED,
-    );
-    for (_, function) in module.functions.iter_mut() {
-        let mut body = std::mem::take(&mut function.body);
-        count_in_block(&mut body, &mut function.expressions, counter);
-        // A loop that ended only by `return` now also ends by the count.
-        if let Some(result) = &function.result
-            && !matches!(body.last(), Some(Statement::Return { .. }))
-        {
-            let zero = function.expressions.append(Expression::ZeroValue(result.ty), Span::UNDEFINED);
-            body.push(Statement::Return { value: Some(zero) }, Span::UNDEFINED);
-        }
-        function.body = body;
-    }
-}
-
-fn count_in_block(
-    block: &mut Block,
-    expressions: &mut naga::Arena<Expression>,
-    counter: Handle<naga::GlobalVariable>,
-) {
-    for statement in block.iter_mut() {
-        match statement {
-            Statement::Block(inner) => count_in_block(inner, expressions, counter),
-            Statement::If { accept, reject, .. } => {
-                count_in_block(accept, expressions, counter);
-                count_in_block(reject, expressions, counter);
-            }
-            Statement::Switch { cases, .. } => {
-                for case in cases {
-                    count_in_block(&mut case.body, expressions, counter);
-                }
-            }
-            Statement::Loop { body, continuing, .. } => {
-                count_in_block(body, expressions, counter);
-                count_in_block(continuing, expressions, counter);
-                let mut counted = guard(expressions, counter);
-                counted.extend_block(std::mem::take(body));
-                *body = counted;
-            }
-            _ => {}
-        }
-    }
-}
-
-/// `if isoforge_iterations >= MAX { break; } isoforge_iterations += 1;`
-fn guard(expressions: &mut naga::Arena<Expression>, counter: Handle<naga::GlobalVariable>) -> Block {
-    let at = Span::UNDEFINED;
-    let pointer = expressions.append(Expression::GlobalVariable(counter), at);
-    let limit = expressions.append(Expression::Literal(Literal::U32(MAX_ITERATIONS)), at);
-    let one = expressions.append(Expression::Literal(Literal::U32(1)), at);
-    let start = expressions.len();
-    let count = expressions.append(Expression::Load { pointer }, at);
-    let op = naga::BinaryOperator::GreaterEqual;
-    let condition = expressions.append(Expression::Binary { op, left: count, right: limit }, at);
-    let op = naga::BinaryOperator::Add;
-    let next = expressions.append(Expression::Binary { op, left: count, right: one }, at);
-    let mut block = Block::new();
-    block.push(Statement::Emit(expressions.range_from(start)), at);
-    block.push(Statement::Store { pointer, value: next }, at);
-    let mut leave = Block::new();
-    leave.push(Statement::Break, at);
-    block.push(Statement::If { condition, accept: leave, reject: Block::new() }, at);
-    block
-}
-
-/// Gives every name of the user a prefix, except the function `density` itself.
-fn rename(module: &mut Module) {
-    let prefix = |name: &mut Option<String>| {
-        if let Some(name) = name.as_mut().filter(|n| *n != "density") {
-            *name = format!("user_{name}");
-        }
-    };
-    let always = |name: &mut Option<String>| {
-        if let Some(name) = name {
-            *name = format!("user_{name}");
-        }
-    };
-    for (_, function) in module.functions.iter_mut() {
-        prefix(&mut function.name);
-        // These may be named like a function of ours, or like `density`, in a scope of their own; the
-        // writer would rename the later of the two.
-        function.arguments.iter_mut().for_each(|a| always(&mut a.name));
-        function.local_variables.iter_mut().for_each(|(_, v)| always(&mut v.name));
-        function.named_expressions.values_mut().for_each(|name| *name = format!("user_{name}"));
-    }
-    module.constants.iter_mut().for_each(|(_, c)| prefix(&mut c.name));
-    let named: Vec<_> = module.types.iter().filter(|(_, t)| t.name.is_some()).map(|(h, _)| h).collect();
-    for handle in named {
-        let mut ty = module.types[handle].clone();
-        prefix(&mut ty.name);
-        module.types.replace(handle, ty);
-    }
 }
 
 #[cfg(test)]

@@ -14,11 +14,11 @@ pub enum GpuError {
     /// No adapter at all.
     #[error(
         "no GPU adapter was found ({0}): install a Vulkan, Metal or DirectX 12 driver \
-         (Debian: mesa-vulkan-drivers for the software one), or let the CPU do what it can (--backend cpu)"
+         (Debian: mesa-vulkan-drivers for the software one)"
     )]
     NoAdapter(String),
     /// The adapter refused to open a device.
-    #[error("the adapter {adapter} gave no device: {reason}; use the CPU backend")]
+    #[error("the adapter {adapter} gave no device: {reason}; end what else uses it, or update its driver")]
     NoDevice {
         /// The adapter's name.
         adapter: String,
@@ -26,12 +26,12 @@ pub enum GpuError {
         reason: String,
     },
     /// The device was lost: driver reset, unplugged, destroyed.
-    #[error("the GPU device was lost ({0}): start again with a new device, or use the CPU backend")]
+    #[error("the GPU device was lost ({0}): start again with a new device")]
     Lost(String),
     /// The GPU did not finish within the time limit.
     #[error(
-        "the GPU did not finish within {0:?}: the field may loop without end, or the grid is too \
-         fine for this adapter; raise the time limit or coarsen the grid"
+        "the GPU did not finish within {0:?}: a loop in the field may have no end, or the grid or the picture \
+         is too much for this adapter; raise the time limit, or ask for less"
     )]
     Timeout(Duration),
     /// A buffer could not be allocated.
@@ -45,9 +45,7 @@ pub enum GpuError {
         bytes: u64,
     },
     /// The driver or wgpu refused a call. A bug in this crate or in the driver.
-    #[error(
-        "the GPU refused the work ({0}); this is a defect: please report it, and use the CPU backend meanwhile"
-    )]
+    #[error("the GPU refused the work ({0}); this is a defect: please report it")]
     Refused(String),
 }
 
@@ -228,6 +226,12 @@ impl Gpu {
         }
     }
 
+    /// The size of a buffer for `bytes`: bindings of size zero are not allowed, and copies want multiples
+    /// of four.
+    pub(super) fn padded(bytes: u64) -> u64 {
+        bytes.max(16).next_multiple_of(16)
+    }
+
     /// A new buffer, its contents zero.
     ///
     /// # Errors
@@ -238,8 +242,7 @@ impl Gpu {
         bytes: u64,
         usage: wgpu::BufferUsages,
     ) -> Result<wgpu::Buffer, GpuError> {
-        // Bindings of size zero are not allowed, and copies want multiples of four.
-        let size = bytes.max(16).next_multiple_of(16);
+        let size = Self::padded(bytes);
         if size > self.device.limits().max_buffer_size {
             return Err(GpuError::OutOfMemory { what: what.into(), bytes });
         }

@@ -12,7 +12,7 @@ pub mod binding {
     pub const PARAMS: usize = 0;
     /// `Work`.
     pub const WORK: usize = 1;
-    /// Samples to read: a volume's planes, or a batch of bricks.
+    /// Samples to read: a box of a volume, or a batch of bricks.
     pub const SOURCE: usize = 2;
     /// Range of each brick.
     pub const RANGES: usize = 3;

@@ -81,12 +81,11 @@ impl GpuMesh {
     pub fn with_capacity(gpu: &Gpu, vertices: u32, triangles: u32) -> Result<Self, GpuError> {
         use wgpu::BufferUsages as U;
         let shared = U::STORAGE | U::COPY_SRC | U::COPY_DST;
-        // One item to spare, so that an empty window at the end of a buffer can be bound.
-        let vertex_bytes = (u64::from(vertices) + 1) * size_of::<Vertex>() as u64;
+        let [vertex_bytes, index_bytes, header_bytes] = Self::buffer_bytes(vertices, triangles);
         Ok(Self {
             vertices: gpu.buffer("mesh vertices", vertex_bytes, shared | U::VERTEX)?,
-            indices: gpu.buffer("mesh indices", (u64::from(triangles) + 1) * 12, shared | U::INDEX)?,
-            header: gpu.buffer("mesh header", MESH_HEADER_BYTES, shared | U::INDIRECT)?,
+            indices: gpu.buffer("mesh indices", index_bytes, shared | U::INDEX)?,
+            header: gpu.buffer("mesh header", header_bytes, shared | U::INDIRECT)?,
             vertex_capacity: vertices,
             triangle_capacity: triangles,
         })
@@ -128,10 +127,22 @@ impl GpuMesh {
         gpu.read_one(&self.header)
     }
 
-    /// Bytes that [`GpuMesh::read`] takes in main memory: the mesh, and the piece on its way.
-    pub fn read_bytes(&self) -> u64 {
-        let vertices = u64::from(self.vertex_capacity) * size_of::<Vertex>() as u64;
-        let triangles = u64::from(self.triangle_capacity) * 12;
+    /// Bytes of the buffers for so many vertices and triangles.
+    pub fn bytes_for(vertices: u32, triangles: u32) -> u64 {
+        Self::buffer_bytes(vertices, triangles).map(Gpu::padded).iter().sum()
+    }
+
+    /// Vertices, indices, header.
+    fn buffer_bytes(vertices: u32, triangles: u32) -> [u64; 3] {
+        // One item to spare, so that an empty window at the end of a buffer can be bound.
+        let vertex_bytes = (u64::from(vertices) + 1) * size_of::<Vertex>() as u64;
+        [vertex_bytes, (u64::from(triangles) + 1) * 12, MESH_HEADER_BYTES]
+    }
+
+    /// Bytes that [`GpuMesh::read`] takes of so many: the mesh in main memory, and the piece on its way.
+    pub fn read_bytes_for(vertices: u32, triangles: u32) -> u64 {
+        let vertices = u64::from(vertices) * size_of::<Vertex>() as u64;
+        let triangles = u64::from(triangles) * 12;
         vertices + triangles + vertices.max(triangles).min(READ_BYTES)
     }
 

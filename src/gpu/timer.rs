@@ -10,6 +10,8 @@ const PASSES: u32 = 1024;
 pub struct Timer {
     set: Option<wgpu::QuerySet>,
     stages: Vec<usize>,
+    /// Stages with passes beyond [`PASSES`], whose sum would be too small.
+    untimed: Vec<usize>,
 }
 
 impl Timer {
@@ -25,12 +27,12 @@ impl Timer {
             count: 2 * PASSES,
         };
         let set = has.then(|| gpu.guarded("timestamps", 0, || gpu.device.create_query_set(&descriptor)));
-        Ok(Self { set: set.transpose()?, stages: Vec::new() })
+        Ok(Self { set: set.transpose()?, stages: Vec::new(), untimed: Vec::new() })
     }
 
     /// A timer that times nothing.
     pub fn off() -> Self {
-        Self { set: None, stages: Vec::new() }
+        Self { set: None, stages: Vec::new(), untimed: Vec::new() }
     }
 
     /// Begins a pass whose time counts for `stage`.
@@ -49,12 +51,14 @@ impl Timer {
         });
         if timed.is_some() {
             self.stages.push(stage);
+        } else if self.set.is_some() {
+            self.untimed.push(stage);
         }
         encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(label), timestamp_writes })
     }
 
     /// Adds the seconds of every timed pass to its stage's entry, and starts anew; does nothing
-    /// without timestamps. Waits for the passes.
+    /// without timestamps. A stage with more passes than can be timed has no entry. Waits for the passes.
     ///
     /// # Errors
     /// As [`Gpu::read`].
@@ -74,6 +78,7 @@ impl Timer {
             *seconds[stage].get_or_insert(0.0) += pair[1].saturating_sub(pair[0]) as f64 * period;
         }
         self.stages.clear();
+        self.untimed.iter().for_each(|&stage| seconds[stage] = None);
         Ok(())
     }
 }

@@ -27,15 +27,16 @@ enum Argument<'a> {
 }
 
 struct Unary<'a> {
-    a: &'a Lanes,
+    a: Argument<'a>,
     out: &'a mut Lanes,
 }
 
 impl VisitUnary for Unary<'_> {
     #[inline(always)]
     fn visit(self, value: impl Fn(f32) -> f32, _: (impl Fn(f32, f32) -> f32,)) {
-        for i in 0..LANES {
-            self.out[i] = value(self.a[i]);
+        match self.a {
+            Argument::Lanes(a) => (0..LANES).for_each(|i| self.out[i] = value(a[i])),
+            Argument::One(a) => self.out.fill(value(a)),
         }
     }
 }
@@ -120,11 +121,18 @@ fn value_of(
     let [a, b, c] = instruction.operands;
     match instruction.op {
         Op::Unary(op) => {
-            if let Ok([out, a]) = registers.get_disjoint_mut([to, register(a)]) {
-                op.visit(Unary { a, out });
+            // Pruning leaves operations of uniforms alone.
+            if let Operand::Uniform(_) = a {
+                op.visit(Unary { a: Argument::One(uniform(a)), out: &mut registers[to] });
+            } else if let Ok([out, a]) = registers.get_disjoint_mut([to, register(a)]) {
+                op.visit(Unary { a: Argument::Lanes(a), out });
             }
         }
         Op::Binary(op) => match (a, b) {
+            (Operand::Uniform(_), Operand::Uniform(_)) => {
+                let [a, b] = [a, b].map(|operand| Argument::One(uniform(operand)));
+                op.visit(Binary { a, b, out: &mut registers[to] });
+            }
             (Operand::Uniform(_), _) => {
                 if let Ok([out, b]) = registers.get_disjoint_mut([to, register(b)]) {
                     op.visit(Binary { a: Argument::One(uniform(a)), b: Argument::Lanes(b), out });
@@ -205,17 +213,24 @@ fn run_gradients(
         }
         for (i, out) in out.iter_mut().enumerate() {
             *out = match code.root {
-                Operand::Value(r) => [1, 2, 3].map(|k| registers[r as usize][k][i]),
+                Operand::Value(r) => [1, 2, 3].map(|k| unsigned_zero(registers[r as usize][k][i])),
                 _ => [0.0; 3],
             };
         }
     }
 }
 
-/// A part of a derivative; none where the slope is 0, whatever the operand's own derivative is.
+/// `v`, but +0 for −0: a driver that leaves out `0 + v` gets another zero than one that does not.
+#[inline(always)]
+fn unsigned_zero(v: f32) -> f32 {
+    if v == 0.0 { 0.0 } else { v }
+}
+
+/// A part of a derivative: 0 where either is 0, also where the other is infinite or NaN. So a branch that is not
+/// taken adds nothing, and an infinite slope along x says nothing of y.
 #[inline(always)]
 fn term(slope: f32, derivative: f32) -> f32 {
-    if slope == 0.0 { 0.0 } else { slope * derivative }
+    if slope == 0.0 || derivative == 0.0 { 0.0 } else { slope * derivative }
 }
 
 struct UnaryDual<'a> {
@@ -291,11 +306,13 @@ fn gradient_of(
     };
     let [a, b, c] = instruction.operands;
     match instruction.op {
-        Op::Unary(op) => {
-            if let Ok(a) = dual(registers, a) {
-                op.visit(UnaryDual { a: &a, out: &mut registers[to] });
+        Op::Unary(op) => match dual(registers, a) {
+            Ok(a) => op.visit(UnaryDual { a: &a, out: &mut registers[to] }),
+            Err(uniform) => {
+                registers[to] = [[0.0; LANES]; 4];
+                op.visit(Unary { a: Argument::One(uniform), out: &mut registers[to][0] });
             }
-        }
+        },
         Op::Binary(op) => {
             let (a, b) = (dual(registers, a), dual(registers, b));
             op.visit(BinaryDual {
@@ -335,8 +352,8 @@ fn gradient_of(
             out[0] = value;
             for (k, out) in out.iter_mut().enumerate().skip(1) {
                 for (i, out) in out.iter_mut().enumerate() {
-                    let two = part(&by_x, &inner[0], k, i) + part(&by_y, &inner[1], k, i);
-                    *out = two + part(&by_z, &inner[2], k, i);
+                    *out = (part(&by_x, &inner[0], k, i) + part(&by_y, &inner[1], k, i))
+                        + part(&by_z, &inner[2], k, i);
                 }
             }
         }

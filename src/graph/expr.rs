@@ -1,7 +1,9 @@
 //! [`Expr`]: what fields are built of, by operators and methods. Cheap to clone, parts are shared.
 
 use super::leaf::Leaf;
+use super::lower::Program;
 use super::ops::{Binary, Unary};
+use std::collections::HashSet;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::Arc;
 
@@ -72,6 +74,21 @@ impl Expr {
         Self(Arc::new(node))
     }
 
+    /// An operation of one operand.
+    pub fn unary(op: Unary, a: impl Into<Expr>) -> Self {
+        Self::new(Node::Unary(op, a.into()))
+    }
+
+    /// An operation of two operands.
+    pub fn binary(op: Binary, a: impl Into<Expr>, b: impl Into<Expr>) -> Self {
+        Self::new(Node::Binary(op, a.into(), b.into()))
+    }
+
+    /// Whether both are one and the same part.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
     /// A function of the point that is no combination of operations.
     pub fn leaf(leaf: Arc<dyn Leaf>) -> Self {
         Self::new(Node::Leaf(leaf))
@@ -81,6 +98,23 @@ impl Expr {
     /// same parameter throughout a field; its first default counts.
     pub fn parameter(name: &str, default: f64) -> Self {
         Self::new(Node::Parameter { name: name.into(), default })
+    }
+
+    /// The number that it is, if it is made of constants alone.
+    pub fn constant(&self) -> Option<f64> {
+        if let Node::Constant(value) = *self.0 {
+            return Some(value);
+        }
+        // Most expressions are none, and show it soon.
+        let (mut seen, mut open) = (HashSet::new(), vec![self]);
+        while let Some(expr) = open.pop() {
+            match *expr.0 {
+                Node::Axis(_) | Node::Parameter { .. } | Node::Leaf(_) => return None,
+                _ if seen.insert(Arc::as_ptr(&expr.0)) => open.extend(expr.0.parts()),
+                _ => {}
+            }
+        }
+        Program::new(self).whole()
     }
 
     unary_methods! {
@@ -98,6 +132,22 @@ impl Expr {
         sin_turns SinTurns
         /// Cosine of an angle in turns.
         cos_turns CosTurns
+        /// The exponential function.
+        exp Exp
+        /// Natural logarithm; NaN, which is outside, of negative numbers.
+        ln Ln
+        /// Sine of an angle in radians.
+        sin Sin
+        /// Cosine of an angle in radians.
+        cos Cos
+        /// Arc sine, in radians.
+        asin Asin
+        /// Arc cosine, in radians.
+        acos Acos
+        /// Arc tangent, in radians.
+        atan Atan
+        /// Hyperbolic tangent.
+        tanh Tanh
     }
 
     binary_methods! {
@@ -105,6 +155,10 @@ impl Expr {
         min Min
         /// The larger: for distance-like fields the intersection.
         max Max
+        /// The power; NaN, which is outside, of negative numbers unless the exponent is whole.
+        pow Pow
+        /// The angle of the point (`other`, this), in radians from −π to π.
+        atan2 Atan2
         /// 1 where less than `other`, else 0.
         less Less
         /// 1 where at most `other`, else 0.
@@ -121,6 +175,12 @@ impl Expr {
     #[must_use]
     pub fn at(&self, coordinates: [Expr; 3]) -> Expr {
         Expr::new(Node::At(self.clone(), coordinates))
+    }
+
+    /// Tangent of an angle in radians.
+    #[must_use]
+    pub fn tan(&self) -> Expr {
+        self.sin() / self.cos()
     }
 
     /// A whole power, by multiplications; 1 over it where `exponent` is negative.

@@ -17,11 +17,14 @@ pub struct GraphField {
     /// The program's tape, or what is left of it in a box.
     tape: Arc<Tape>,
     code: Arc<Code>,
-    texts: Arc<OnceLock<([Arc<str>; 3], Arc<[u32]>)>>,
+    wgsl: Arc<OnceLock<Written>>,
     parameters: Vec<f64>,
     uniforms: Arc<[f32]>,
     sense: Sense,
 }
+
+/// The program's WGSL (values, gradient, intervals) and the data that it reads, once asked for.
+type Written = ([Arc<str>; 3], Arc<[u32]>);
 
 /// Why a parameter could not be set.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -62,7 +65,7 @@ impl GraphField {
         Self {
             code: Arc::new(Code::new(&tape)),
             uniforms: program.uniforms(&parameters).into(),
-            texts: Arc::default(),
+            wgsl: Arc::default(),
             program: Arc::new(program),
             tape,
             parameters,
@@ -131,7 +134,7 @@ impl Field for GraphField {
     }
 
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
-        let ([value, gradient, interval], data) = self.texts.get_or_init(|| {
+        let ([value, gradient, interval], data) = self.wgsl.get_or_init(|| {
             let texts = wgsl::write(&self.program);
             let data: Vec<u32> = self.program.tape.leaves.iter().flat_map(|leaf| leaf.data()).collect();
             ([texts.value, texts.gradient, texts.interval].map(Arc::from), data.into())

@@ -3,7 +3,7 @@
 //! An interval is one of two things. Either both ends are smaller than [`UNBOUNDED`] in magnitude: then
 //! every value that the field's own `f32` arithmetic can give for points of the box is finite and lies
 //! between them, whether or not a driver contracts `a * b + c` or flushes denormals. Or it is
-//! [`ALL`]: nothing is known, and NaN and infinities may occur. Bounds are widened by [`STEP`] of
+//! [`ALL`]: nothing is known, and NaN and infinities may occur. Bounds are widened by `STEP` of
 //! themselves after each rounding operation, which is more than these differ by. Moore 1966; its use on
 //! implicit surfaces: Duff 1992.
 
@@ -210,5 +210,37 @@ pub fn wave(a: Interval, ends: (f32, f32), top: f32) -> Interval {
     let known = a.is_bounded() && a.lo.abs() < 65536.0 && a.hi.abs() < 65536.0;
     let hi = if holds(top) { 1.0 } else { ends.0.max(ends.1) };
     let lo = if holds(top + 0.5) { -1.0 } else { ends.0.min(ends.1) };
-    Interval::new(lo, hi).grown(known, 0.0, 1e-6)
+    // The angle of a large number of turns is rounded.
+    Interval::new(lo, hi).grown(known, 0.0, 2e-6 + 4e-6 * a.lo.abs().max(a.hi.abs()))
+}
+
+/// An angle in radians as turns.
+#[inline(always)]
+pub fn in_turns(a: Interval) -> Interval {
+    Interval::new(a.lo * IN_TURNS, a.hi * IN_TURNS).checked(a.is_bounded())
+}
+
+const IN_TURNS: f32 = 0.159_154_94;
+
+/// `a` to the power `b`; nothing is known where a can be negative, or 0 and b not positive.
+#[inline(always)]
+pub fn pow(a: Interval, b: Interval) -> Interval {
+    use crate::field::functions::pow;
+    let known = a.is_bounded() && b.is_bounded() && (a.lo > 1e-30 || (a.lo >= 0.0 && b.lo > 0.0));
+    let (p, q, r, s) = (pow(a.lo, b.lo), pow(a.lo, b.hi), pow(a.hi, b.lo), pow(a.hi, b.hi));
+    Interval::new(p.min(q).min(r.min(s)), p.max(q).max(r.max(s))).grown(known, 1e-4, 0.0)
+}
+
+/// The angle of the points (b, a).
+#[inline(always)]
+pub fn atan2(a: Interval, b: Interval) -> Interval {
+    use crate::field::functions::atan2;
+    // A little more than π.
+    const MOST: f32 = 3.15;
+    let known = a.is_bounded() && b.is_bounded();
+    // Round the origin or across the negative axis the angle jumps.
+    let whole = b.lo <= 0.0 && a.lo <= 0.0 && a.hi >= 0.0;
+    let (p, q, r, s) = (atan2(a.lo, b.lo), atan2(a.lo, b.hi), atan2(a.hi, b.lo), atan2(a.hi, b.hi));
+    let ends = Interval::new(p.min(q).min(r.min(s)), p.max(q).max(r.max(s)));
+    (if whole { Interval::new(-MOST, MOST) } else { ends }).grown(known, 1e-5, 1e-6)
 }

@@ -73,6 +73,15 @@ impl Program {
         }
     }
 
+    /// What the whole is, if it is one number whatever the parameters.
+    pub(super) fn whole(&self) -> Option<f64> {
+        let Operand::Uniform(uniform) = self.tape.root else { return None };
+        match self.steps[self.uniforms[uniform as usize] as usize] {
+            Step::Constant(value) => Some(value),
+            _ => None,
+        }
+    }
+
     /// How many uniforms there are.
     pub fn uniform_count(&self) -> u32 {
         self.uniforms.len() as u32

@@ -6,13 +6,18 @@
 //! is defined in one place, [`ops`]. Parameters lie in a buffer: changing one compiles nothing.
 
 pub mod blobs;
+mod compound;
 pub mod eval;
 mod expr;
 mod field;
+pub mod formula;
+pub mod from_wgsl;
 pub mod interval;
 pub mod leaf;
 pub mod lower;
+mod noise;
 pub mod ops;
+pub mod shapes;
 pub mod tape;
 pub mod volume;
 pub mod wgsl;

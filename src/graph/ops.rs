@@ -6,7 +6,7 @@
 //! give the same bits where the GPU does not contract.
 
 use super::interval::{self as iv, Interval};
-use crate::field::turns::{cos_turns, sin_turns};
+use crate::field::functions::{acos, asin, atan, atan2, cos, cos_turns, exp, ln, pow, sin, sin_turns, tanh};
 
 /// The WGSL of an operation.
 #[derive(Debug)]
@@ -100,7 +100,7 @@ operations! { Unary, VisitUnary, fn(f64) -> f64, (a), (a);
     /// |a|
     Abs {
         fold: f64::abs, value: f32::abs, slopes: [|a: f32, _: f32| sign(a)], interval: iv::abs,
-        wgsl: "abs(A)", ["sign(A)"], "iv_abs(A)",
+        wgsl: "abs(A)", ["(f32(A > 0.0) - f32(A < 0.0))"], "iv_abs(A)",
     }
     /// a²
     Square {
@@ -121,7 +121,7 @@ operations! { Unary, VisitUnary, fn(f64) -> f64, (a), (a);
     Sign {
         fold: |a| if a == 0.0 { 0.0 } else { a.signum() }, value: sign, slopes: [|_: f32, _: f32| 0.0],
         interval: iv::sign,
-        wgsl: "sign(A)", ["0.0"], "iv_sign(A)",
+        wgsl: "f32(A > 0.0) - f32(A < 0.0)", ["0.0"], "iv_sign(A)",
     }
     /// Sine of a in turns
     SinTurns {
@@ -138,6 +138,68 @@ operations! { Unary, VisitUnary, fn(f64) -> f64, (a), (a);
         interval: |a: Interval| iv::wave(a, (cos_turns(a.lo), cos_turns(a.hi)), 0.0),
         wgsl: "cos_turns(A)", ["-6.2831855f * sin_turns(A)"],
         "iv_wave(A, vec2<f32>(cos_turns(A.x), cos_turns(A.y)), 0.0)",
+    }
+    /// eᵃ
+    Exp {
+        fold: f64::exp, value: exp, slopes: [|_: f32, v: f32| v],
+        interval: |a: Interval| Interval::new(exp(a.lo), exp(a.hi)).grown(a.is_bounded(), 1e-5, 0.0),
+        wgsl: "iso_exp(A)", ["V"],
+        "iv_grown(vec2<f32>(iso_exp(A.x), iso_exp(A.y)), iv_bounded(A), 1e-5f, 0.0)",
+    }
+    /// Natural logarithm
+    Ln {
+        fold: f64::ln, value: ln, slopes: [|a: f32, _: f32| 1.0 / a],
+        interval: |a: Interval| {
+            Interval::new(ln(a.lo), ln(a.hi)).grown(a.is_bounded() && a.lo > 1e-30, 1e-5, 1e-6)
+        },
+        wgsl: "iso_ln(A)", ["1.0 / A"],
+        "iv_grown(vec2<f32>(iso_ln(A.x), iso_ln(A.y)), iv_bounded(A) && A.x > 1e-30f, 1e-5f, 1e-6f)",
+    }
+    /// Sine of a in radians
+    Sin {
+        fold: f64::sin, value: sin, slopes: [|a: f32, _: f32| cos(a)],
+        interval: |a: Interval| iv::wave(iv::in_turns(a), (sin(a.lo), sin(a.hi)), 0.25),
+        wgsl: "iso_sin(A)", ["iso_cos(A)"],
+        "iv_wave(iv_in_turns(A), vec2<f32>(iso_sin(A.x), iso_sin(A.y)), 0.25)",
+    }
+    /// Cosine of a in radians
+    Cos {
+        fold: f64::cos, value: cos, slopes: [|a: f32, _: f32| -sin(a)],
+        interval: |a: Interval| iv::wave(iv::in_turns(a), (cos(a.lo), cos(a.hi)), 0.0),
+        wgsl: "iso_cos(A)", ["-iso_sin(A)"],
+        "iv_wave(iv_in_turns(A), vec2<f32>(iso_cos(A.x), iso_cos(A.y)), 0.0)",
+    }
+    /// Arc sine, in radians
+    Asin {
+        fold: f64::asin, value: asin, slopes: [|a: f32, _: f32| 1.0 / (1.0 - a * a).sqrt()],
+        interval: |a: Interval| {
+            Interval::new(asin(a.lo), asin(a.hi)).grown(a.lo >= -1.0 && a.hi <= 1.0, 1e-5, 1e-6)
+        },
+        wgsl: "iso_asin(A)", ["1.0 / sqrt(1.0 - iso_exact(A * A))"],
+        "iv_grown(vec2<f32>(iso_asin(A.x), iso_asin(A.y)), A.x >= -1.0 && A.y <= 1.0, 1e-5f, 1e-6f)",
+    }
+    /// Arc cosine, in radians
+    Acos {
+        fold: f64::acos, value: acos, slopes: [|a: f32, _: f32| -1.0 / (1.0 - a * a).sqrt()],
+        interval: |a: Interval| {
+            Interval::new(acos(a.hi), acos(a.lo)).grown(a.lo >= -1.0 && a.hi <= 1.0, 1e-5, 1e-6)
+        },
+        wgsl: "iso_acos(A)", ["-1.0 / sqrt(1.0 - iso_exact(A * A))"],
+        "iv_grown(vec2<f32>(iso_acos(A.y), iso_acos(A.x)), A.x >= -1.0 && A.y <= 1.0, 1e-5f, 1e-6f)",
+    }
+    /// Arc tangent, in radians
+    Atan {
+        fold: f64::atan, value: atan, slopes: [|a: f32, _: f32| 1.0 / (1.0 + a * a)],
+        interval: |a: Interval| Interval::new(atan(a.lo), atan(a.hi)).grown(a.is_bounded(), 1e-5, 1e-6),
+        wgsl: "iso_atan(A)", ["1.0 / (1.0 + iso_exact(A * A))"],
+        "iv_grown(vec2<f32>(iso_atan(A.x), iso_atan(A.y)), iv_bounded(A), 1e-5f, 1e-6f)",
+    }
+    /// Hyperbolic tangent
+    Tanh {
+        fold: f64::tanh, value: tanh, slopes: [|_: f32, v: f32| 1.0 - v * v],
+        interval: |a: Interval| Interval::new(tanh(a.lo), tanh(a.hi)).grown(a.is_bounded(), 1e-5, 1e-6),
+        wgsl: "iso_tanh(A)", ["(1.0 - iso_exact(V * V))"],
+        "iv_grown(vec2<f32>(iso_tanh(A.x), iso_tanh(A.y)), iv_bounded(A), 1e-5f, 1e-6f)",
     }
 }
 
@@ -197,5 +259,21 @@ operations! { Binary, VisitBinary, fn(f64, f64) -> f64, (a, b), (a, b);
         fold: |a, b| f64::from(u8::from(a <= b)), value: |a: f32, b: f32| if a <= b { 1.0 } else { 0.0 },
         slopes: [|_: f32, _: f32, _: f32| 0.0, |_: f32, _: f32, _: f32| 0.0], interval: iv::less_equal,
         wgsl: "f32(A <= B)", ["0.0", "0.0"], "iv_less_equal(A, B)",
+    }
+    /// aᵇ; NaN for negative a unless b is whole
+    Pow {
+        fold: f64::powf, value: pow,
+        slopes: [|a: f32, b: f32, _: f32| b * pow(a, b - 1.0), |a: f32, _: f32, v: f32| v * ln(a)],
+        interval: iv::pow,
+        wgsl: "iso_pow(A, B)", ["B * iso_pow(A, B - 1.0)", "V * iso_ln(A)"], "iv_pow(A, B)",
+    }
+    /// The angle of the point (b, a), in radians from −π to π
+    Atan2 {
+        fold: f64::atan2, value: atan2,
+        slopes: [|a: f32, b: f32, _: f32| b / (a * a + b * b), |a: f32, b: f32, _: f32| -a / (a * a + b * b)],
+        interval: iv::atan2,
+        wgsl: "iso_atan2(A, B)",
+        ["B / (iso_exact(A * A) + iso_exact(B * B))", "-A / (iso_exact(A * A) + iso_exact(B * B))"],
+        "iv_atan2(A, B)",
     }
 }

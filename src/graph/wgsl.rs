@@ -1,9 +1,11 @@
 //! A tape as WGSL: values, value with gradient by forward differentiation, intervals.
 //!
-//! One `let` an operation: nothing nests, however deep the expression was.
+//! One `let` an operation: nothing nests, however deep the expression was. Sums and products are kept from
+//! drivers' algebra (`shaders/graph/exact.wgsl`).
 
 use super::leaf::LeafWgsl;
 use super::lower::Program;
+use super::ops::{Binary, Unary};
 use super::tape::{Instruction, Op, Operand};
 use std::fmt::Write;
 
@@ -56,6 +58,13 @@ impl Writer<'_> {
     fn value_text(&self, i: &Instruction) -> String {
         let [a, b, c] = i.operands.map(|o| self.value(o));
         match i.op {
+            // A root too: Mesa makes `sqrt(a) * sqrt(a)` a.
+            Op::Unary(op @ (Unary::Square | Unary::Sqrt)) => {
+                format!("iso_exact({})", fill(op.wgsl().value, &a, "", ""))
+            }
+            Op::Binary(op @ (Binary::Add | Binary::Sub | Binary::Mul)) => {
+                format!("iso_exact({})", fill(op.wgsl().value, &a, &b, ""))
+            }
             Op::Unary(op) => fill(op.wgsl().value, &a, "", ""),
             Op::Binary(op) => fill(op.wgsl().value, &a, &b, ""),
             Op::Select => format!("select({b}, {c}, {a} == 0.0)"),
@@ -92,7 +101,6 @@ impl Writer<'_> {
             match *slope {
                 "0.0" => {}
                 "1.0" => terms.push(derivative),
-                "-1.0" => terms.push(format!("(-{derivative})")),
                 slope => {
                     let slope = fill(slope, &a, &b, &format!("v{n}"));
                     terms.push(format!("iso_term({slope}, {derivative})"));
@@ -174,11 +182,7 @@ pub fn write(program: &Program) -> Texts {
             writer.value(root)
         ),
         gradient: format!(
-            "{leaf_gradients}const AXIS_X = vec3<f32>(1.0, 0.0, 0.0);\nconst AXIS_Y = vec3<f32>(0.0, 1.0, 0.0);\n\
-             const AXIS_Z = vec3<f32>(0.0, 0.0, 1.0);\n\
-             fn iso_term(slope: f32, derivative: vec3<f32>) -> vec3<f32> {{\n    \
-             return select(slope * derivative, vec3<f32>(0.0), slope == 0.0);\n}}\n\
-             fn density_gradient(p: vec3<f32>) -> vec3<f32> {{\n{gradient}    return {};\n}}\n",
+            "{leaf_gradients}fn density_gradient(p: vec3<f32>) -> vec3<f32> {{\n{gradient}    return iso_unsigned_zeros({});\n}}\n",
             writer.gradient(root)
         ),
         interval: format!(

@@ -5,8 +5,21 @@ use glam::{DMat3, DVec3, Mat3, Mat4, Vec3, Vec4};
 
 /// The longest side a picture can have.
 pub const MAX_SIDE: u32 = 16384;
-/// The most pixels a picture can have: with 4 samples a pixel each takes 40 bytes while drawing.
+/// The most pixels a picture can have.
 pub const MAX_PIXELS: u64 = 1 << 26;
+
+/// Bytes that drawing a picture takes at most beside the mesh, its lines and, on the CPU, its projection.
+pub fn picture_bytes([width, height]: [u32; 2], on_gpu: bool) -> u64 {
+    let pixels = u64::from(width) * u64::from(height);
+    if on_gpu {
+        // 4 samples of colour and depth and the picture; its rows in a buffer, on their way, and here.
+        return pixels * (4 * (4 + 4) + 4)
+            + 3 * 4 * u64::from(height) * u64::from(width).next_multiple_of(64);
+    }
+    // The picture and its file; the samples of a band of rows for each thread.
+    pixels * (4 + 4) + super::software::band_bytes(width) * rayon::current_num_threads() as u64
+}
+
 /// The part of the frame's half width and height that the box may fill.
 const FILL: f64 = 0.96;
 

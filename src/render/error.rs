@@ -1,6 +1,7 @@
 //! What can go wrong between a mesh and its picture.
 
 use super::camera::{MAX_PIXELS, MAX_SIDE};
+use crate::atomic::TargetError;
 use crate::gpu::GpuError;
 use std::path::PathBuf;
 
@@ -47,12 +48,13 @@ pub enum RenderError {
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// The file cannot be a PNG here.
-    #[error("cannot write {}: {reason}", path.display())]
-    Target {
-        /// The file.
+    /// The name does not end in `.png`.
+    #[error("{}: pictures are written as PNG: end the name in .png", path.display())]
+    NotPng {
+        /// The path asked for.
         path: PathBuf,
-        /// Why, and what to do.
-        reason: String,
     },
+    /// The file cannot be made or filled there.
+    #[error(transparent)]
+    Target(#[from] TargetError),
 }

@@ -147,9 +147,13 @@ impl Renderer {
             );
             self.gpu.queue.submit([encoder.finish()]);
         })?;
-        let padded: Vec<u8> = self.gpu.read(&pixels, bytes)?;
-        let mut out: Vec<u8> =
-            padded.chunks_exact(row as usize).flat_map(|r| &r[..width as usize * 4]).copied().collect();
+        let mut out: Vec<u8> = self.gpu.read(&pixels, bytes)?;
+        // In place: a large picture in memory twice is much.
+        let (from, to) = (row as usize, width as usize * 4);
+        for y in 1..height as usize {
+            out.copy_within(y * from..y * from + to, y * to);
+        }
+        out.truncate(to * height as usize);
         unmultiply(&mut out);
         RgbaImage::from_raw(width, height, out)
             .ok_or_else(|| GpuError::Refused("the picture came back short".into()).into())

@@ -10,6 +10,7 @@ mod bounds;
 mod camera;
 mod error;
 mod gpu;
+mod label;
 #[cfg(test)]
 mod layout_tests;
 mod output;
@@ -20,9 +21,10 @@ mod style;
 mod wire;
 
 pub use bounds::gpu_bounds;
-pub use camera::{Camera, MAX_PIXELS, MAX_SIDE, View};
+pub use camera::{Camera, MAX_PIXELS, MAX_SIDE, View, picture_bytes};
 pub use error::RenderError;
 pub use gpu::Renderer;
+pub use label::{LETTER, label};
 pub use output::{check_target, save_png};
 pub use software::render_software;
 pub use style::{BAD_NORMAL, BEHIND, Shade, Style, WRONG_NORMAL};

@@ -42,7 +42,7 @@ pub struct Params {
 }
 
 /// Gradients of fields without their own are differences over this part of the shortest step.
-const DELTA: f32 = 0.01;
+const DELTA: f64 = 0.01;
 
 impl Params {
     /// The settings of a run over the whole of `grid` in one slab and batch.
@@ -57,7 +57,8 @@ impl Params {
         let bricks = grid.brick_count() as u32;
         Self {
             origin: grid.origin().into(),
-            delta: grid.shortest_step() * DELTA,
+            // GPUs may take smaller numbers for zero.
+            delta: ((grid.shortest_step() * DELTA) as f32).max(f32::MIN_POSITIVE),
             step_x: step.x_axis.into(),
             iso,
             step_y: step.y_axis.into(),
@@ -117,4 +118,19 @@ pub struct Work {
     pub batches: u32,
     pub run_slots: [u32; 4],
     pub run_vertices: [u32; 4],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_difference_step_of_tiny_and_huge_grids() {
+        for size in [1e-36f32, 1e-22, 1e-3, 1.0, 1e30, 1e37] {
+            let grid = Grid::from_bounds([16; 3], Vec3::splat(-size), Vec3::splat(size)).unwrap();
+            let delta = Params::new(&grid, 0.0, Sense::Below).delta;
+            assert!((delta / (size / 800.0) - 1.0).abs() < 1e-5 || size < 1e-35, "{size}: {delta}");
+            assert!(delta.is_normal(), "{size}: {delta}");
+        }
+    }
 }

@@ -11,12 +11,16 @@ const RECORD: &str = include_str!("../../shaders/shared/record.wgsl");
 /// What stages and drawing know of a mesh.
 pub(crate) const HEADER: &str = include_str!("../../shaders/shared/header.wgsl");
 const ROW: &str = include_str!("../../shaders/shared/row.wgsl");
-const TURNS: &str = include_str!("../../shaders/shared/turns.wgsl");
+/// Elementary functions that fields may call; twin of [`crate::field::functions`].
+pub const FUNCTIONS: &str = include_str!("../../shaders/shared/functions.wgsl");
+/// Gradient noise, to be linked where a field calls it; twin of [`crate::field::noise`].
+pub const NOISE: &str = include_str!("../../shaders/shared/noise.wgsl");
 const VOLUME: &str = include_str!("../../shaders/source/volume.wgsl");
 const BRICKS: &str = include_str!("../../shaders/source/bricks.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
 const DIFFERENCES: &str = include_str!("../../shaders/source/differences.wgsl");
 const STRADDLES: &str = include_str!("../../shaders/shared/straddles.wgsl");
+const EXACT: &str = include_str!("../../shaders/graph/exact.wgsl");
 const INTERVAL: &str = include_str!("../../shaders/graph/interval.wgsl");
 const BOUNDS: &str = include_str!("../../shaders/bounds.wgsl");
 const CULL: &str = include_str!("../../shaders/cull.wgsl");
@@ -31,7 +35,7 @@ const NO_LOOPS: &str = "fn report_runaway() {}\n";
 /// Where the stages find samples and normals.
 #[derive(Debug, Clone, Copy)]
 pub enum Samples<'a> {
-    /// In the planes of a volume.
+    /// In a box of a volume.
     Volume,
     /// In the bricks that the sample stage wrote of a field.
     Field(&'a Wgsl),
@@ -56,7 +60,7 @@ fn field_part(wgsl: &Wgsl, functions: &str) -> String {
     } else {
         NO_LOOPS.into()
     };
-    link(&[TURNS, &parameters, data, functions, &loops])
+    link(&[FUNCTIONS, NOISE, &parameters, EXACT, data, functions, &loops])
 }
 
 /// Everything of cull; `range` reads the samples.

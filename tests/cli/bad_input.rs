@@ -1,6 +1,6 @@
 //! Every bad input: an error that names the thing and the remedy, the right exit code, no file left.
 
-use super::program::{cpu_alone, files, folder, isoforge, volume};
+use super::program::{cpu_alone, done, files, folder, isoforge, volume};
 
 /// Runs `args` in a folder with `given` files; demands the code, the words in the message, one paragraph,
 /// no panic, and no new file.
@@ -36,10 +36,32 @@ fn names_and_endings() {
 }
 
 #[test]
+fn formulas() {
+    refused(&["extract", "length(x, y, z) - r"], 2, &["`r`", "--param r=0.8", "^"]);
+    refused(&["extract", "lenght(x, y, z) - 1"], 2, &["did you mean `length`", "\n  lenght(x"]);
+    refused(&["extract", "2x + y"], 2, &["`2*x`", "^"]);
+    refused(&["extract", "x - r", "--param", "r=1", "--param", "q=2"], 2, &["--param q", "leave"]);
+    refused(&["extract", "x - r", "--param", "r=inf"], 2, &["finite"]);
+    refused(&["extract", "x - r", "--param", "r=1", "-o", "a.xyz"], 2, &["a.xyz"]);
+    refused(&["extract", ""], 2, &["empty"]);
+    // What looks like a file is taken for one.
+    refused(&["extract", "my scans/head (2).dcm"], 2, &["ending"]);
+}
+
+#[test]
 fn numbers() {
     refused(&["extract", "sphere", "-n", "0"], 2, &["-n", "0 cells", "1 to"]);
     refused(&["extract", "sphere", "-n", "4000000000"], 2, &["-n", "1 to"]);
+    for n in ["4294967296", "99999999999999999999999", "8,8,4294967296"] {
+        refused(&["extract", "sphere", "-n", n], 2, &["1 to 1048576"]);
+    }
     refused(&["extract", "sphere", "-n", "-5"], 2, &["--cells"]);
+    refused(&["extract", "sphere", "--time-limit", "0"], 2, &["--time-limit"]);
+    refused(
+        &["extract", "sphere", "-n", "8", "--png", "a.png", "--size", "4000x4000", "--memory-budget", "10M"],
+        2,
+        &["--size 4000x4000", "takes 1", "10485760", "smaller"],
+    );
     refused(&["extract", "sphere", "-n", "1000000", "--backend", "cpu"], 1, &["bricks", "coarsen"]);
     refused(
         &["extract", "sphere", "-n", "9000", "--backend", "cpu", "--memory-budget", "1G"],
@@ -104,13 +126,15 @@ fn user_functions() {
         1,
         &["signature", "fn density(p: vec3<f32>) -> f32"],
     );
-    refused(&["extract", "missing.wgsl"], 1, &["missing.wgsl"]);
-    let good = b"fn density(p: vec3<f32>) -> f32 { return p.x; }\n";
+    refused(&["extract", "missing.wgsl"], 1, &["missing.wgsl", "check the name"]);
+    refused_with(&[("a.wgsl", b"// gr\xf6\xdfe\n")], &["extract", "a.wgsl"], 1, &["a.wgsl", "UTF-8"]);
+    let open =
+        b"fn density(p: vec3<f32>) -> f32 {\n var s = p.x;\n while s < 0.0 { s += 1.0; } return s; }\n";
     refused_with(
-        &[("a.wgsl", good)],
+        &[("a.wgsl", open)],
         &["extract", "a.wgsl", "--backend", "cpu", "-o", "a.ply"],
         1,
-        &["--backend gpu"],
+        &["--backend gpu", "note: density stays on the GPU: `while` at line 3 has no known bound"],
     );
     if !cpu_alone() {
         let endless = b"fn density(p: vec3<f32>) -> f32 {\n var s = p.x;\n loop { if s > 1e30 { break; } }\n return s; }\n";
@@ -125,25 +149,64 @@ fn user_functions() {
 
 #[test]
 fn targets() {
-    refused(&["extract", "sphere", "-n", "8", "-o", "no/such/a.ply"], 1, &["no/such"]);
-    refused(&["extract", "sphere", "-n", "8", "--png", "no/such/a.png"], 1, &["no/such"]);
-    refused(&["extract", "sphere", "-n", "8", "--stats", "no/such/a.json"], 1, &["no/such"]);
+    // One wording for all, and no folder is found missing, or in the way, after the work.
+    for option in ["-o", "--png", "--stats"] {
+        let name = option.replace("-o", "a.ply").replace("--png", "a.png").replace("--stats", "a.json");
+        let missing = format!("no/such/{name}");
+        let words = ["there is no folder no/such; create it"];
+        refused(&["extract", "sphere", "-n", "8", option, &missing], 1, &words);
+        let here = folder();
+        std::fs::create_dir(here.path().join(&name)).expect("a folder");
+        let also = if option == "-o" { ["--png", "b.png"] } else { ["-o", "b.ply"] };
+        let run = isoforge(here.path(), &["extract", "sphere", "-n", "8", also[0], also[1], option, &name]);
+        assert!(
+            run.code == Some(1) && run.err.contains("a folder of that name is in the way"),
+            "{}",
+            run.err
+        );
+        assert_eq!(files(here.path()), [name]);
+    }
+    refused(&["bench", "-n", "8", "--json", "no/such/a.json"], 1, &["there is no folder no/such"]);
     refused_with(&[("plain", b"x")], &["extract", "sphere", "-n", "8", "-o", "plain/a.ply"], 1, &["plain"]);
 }
 
 #[test]
 fn no_adapter() {
     let here = folder();
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_isoforge"))
-        .args(["extract", "sphere", "-n", "8", "-o", "a.ply", "--backend", "gpu"])
-        .env("WGPU_BACKEND", "noop")
-        .env("VK_DRIVER_FILES", "none")
-        .env("VK_ICD_FILENAMES", "none")
-        .current_dir(here.path())
-        .output()
-        .expect("the program starts");
-    let err = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{err}");
-    assert!(err.contains("no GPU adapter") && err.contains("CPU"), "{err}");
-    assert!(files(here.path()).is_empty());
+    let open = "fn density(p: vec3<f32>) -> f32 { var s = p.x; while s < 0.0 { s += 1.0; } return s; }\n";
+    std::fs::write(here.path().join("a.wgsl"), open).expect("a file");
+    // Whether the CPU could do it.
+    let runs = [
+        (vec!["extract", "sphere", "-n", "8", "-o", "a.ply", "--backend", "gpu"], true),
+        (vec!["bench", "-n", "8", "--backend", "gpu"], true),
+        (vec!["extract", "a.wgsl", "-n", "8", "-o", "a.ply", "--backend", "gpu"], false),
+        (vec!["extract", "a.wgsl", "-n", "8", "-o", "a.ply"], false),
+        (vec!["compare", "sphere", "-n", "8"], false),
+    ];
+    for (args, has_hint) in runs {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_isoforge"))
+            .args(&args)
+            .env("WGPU_BACKEND", "noop")
+            .env("VK_DRIVER_FILES", "none")
+            .env("VK_ICD_FILENAMES", "none")
+            .current_dir(here.path())
+            .output()
+            .expect("the program starts");
+        let err = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{args:?}: {err}");
+        assert!(err.contains("no GPU adapter") && err.contains("install"), "{args:?}: {err}");
+        assert_eq!(err.contains("--backend cpu"), has_hint, "{args:?}: {err}");
+        assert_eq!(files(here.path()), ["a.wgsl"]);
+    }
+}
+
+#[test]
+fn damaged_meshes() {
+    let here = folder();
+    for name in ["a.ply", "a.glb", "a.stl"] {
+        done(here.path(), &["extract", "sphere", "-n", "8", "--backend", "cpu", "-o", name]);
+        let whole = std::fs::read(here.path().join(name)).expect("a file");
+        let half = &whole[..whole.len() / 2];
+        refused_with(&[(name, half)], &["check", name], 1, &[name, "cut short", "export it again"]);
+    }
 }

@@ -1,6 +1,6 @@
 //! `isoforge extract`.
 
-use super::program::{cpu_alone, done, files, folder, volume};
+use super::program::{cpu_alone, done, files, folder, isoforge, volume};
 use serde_json::Value;
 
 #[test]
@@ -42,6 +42,27 @@ fn writes_every_format_and_a_picture_on_both_backends() {
     if !cpu_alone() {
         let bytes = |name| std::fs::read(here.path().join(name)).expect("a file");
         assert!(bytes("cpu.ply") == bytes("gpu.ply"), "both backends give the same file");
+    }
+}
+
+#[test]
+fn a_formula_is_a_field() {
+    let here = folder();
+    let formula = "sqrt(x^2 + y^2 +\n z^2) - r";
+    done(
+        here.path(),
+        &["extract", formula, "--param", "r=0.8", "-n", "24", "-o", "a.ply", "--backend", "cpu"],
+    );
+    done(here.path(), &["extract", "sphere", "-I", "0.8", "-n", "24", "-o", "b.ply", "--backend", "cpu"]);
+    let report = |file| {
+        let check = done(here.path(), &["check", file, "--json"]);
+        serde_json::from_str::<Value>(&check.out).expect("one JSON object")
+    };
+    assert_eq!(report("a.ply")["triangles"], report("b.ply")["triangles"]);
+    assert_eq!(report("a.ply")["boundary_edges"], 0);
+    if !cpu_alone() {
+        let run = done(here.path(), &["compare", "x*y + sin(4*z)/2", "-n", "16"]);
+        assert!(run.out.contains("sin(4*z)/2, iso 0"), "{}", run.out);
     }
 }
 
@@ -225,4 +246,51 @@ fn a_user_function_is_meshed() {
     let report: Value =
         serde_json::from_str(&done(here.path(), &["check", "ball.ply", "--json"]).out).expect("JSON");
     assert!((report["volume"].as_f64().expect("a number") - 4.19).abs() < 0.1, "{report}");
+}
+
+/// `--stats` alone reads nothing back; a run that cannot read the mesh back fails before it draws, with the
+/// bytes that it takes.
+#[test]
+fn reading_back_is_planned_for() {
+    if cpu_alone() {
+        return;
+    }
+    let here = folder();
+    let base = ["extract", "gyroid", "-n", "64", "--backend", "gpu", "--size", "16x16", "--png", "a.png"];
+    let run = |more: &[&str], budget: &str| {
+        isoforge(here.path(), &[&base[..], &["--memory-budget", budget], more].concat())
+    };
+    let stats = |more: &[&str], budget: &str| -> Value {
+        serde_json::from_str(&run(more, budget).out).expect("one JSON object")
+    };
+    let refused = run(&["-o", "a.ply"], "3M");
+    assert_eq!(refused.code, Some(1), "{}", refused.err);
+    assert!(files(here.path()).is_empty(), "{:?}", files(here.path()));
+    let (_, tail) = refused.err.split_once("in main memory needs ").expect("the need");
+    let needed: u64 = tail.split(' ').next().and_then(|n| n.parse().ok()).expect("a number");
+    let [less, enough] = [needed - 1, needed].map(|n| n.to_string());
+
+    assert_eq!(run(&["-o", "a.ply"], &less).code, Some(1));
+    assert!(files(here.path()).is_empty(), "{:?}", files(here.path()));
+    let unread = stats(&["--stats", "-"], &less);
+    assert_eq!(
+        (&unread["degenerate_triangles"], &unread["seconds"]["readback"]),
+        (&Value::Null, &Value::Null)
+    );
+    assert!(unread["peak_bytes"].as_u64().is_some_and(|n| n < needed));
+    let read = stats(&["--stats", "-", "-o", "a.ply"], &enough);
+    assert!(read["degenerate_triangles"].is_u64() && read["seconds"]["readback"].is_f64(), "{read}");
+    assert!(stats(&["--stats", "-", "--no-degenerate"], &enough)["degenerate_triangles"].is_u64());
+}
+
+/// The grid's precision is told by its own size, not lost to the squares of its lengths.
+#[test]
+fn tiny_and_huge_grids_are_no_less_precise() {
+    let here = folder();
+    for size in ["1e-22", "1e30"] {
+        let half = format!("{}e{}", 5, size[2..].parse::<i32>().expect("a number") - 1);
+        let args = ["extract", "octahedron", "-n", "9", "--backend", "cpu", "-L", size, "-I", &half];
+        let run = done(here.path(), &args);
+        assert!(run.err.lines().count() == 1 && run.err.contains(" triangles"), "{}", run.err);
+    }
 }

@@ -7,7 +7,7 @@ use serde_json::Value;
 fn fields_and_info_list() {
     let here = folder();
     let fields = done(here.path(), &["fields"]).out;
-    for word in ["sphere", "octahedron", "cube", "torus", "gyroid", "--param R=", "period"] {
+    for word in ["sphere", "octahedron", "cube", "torus", "gyroid", "--param R=", "period", "boy", "e1"] {
         assert!(fields.contains(word), "{word}");
     }
     let info = done(here.path(), &["info"]).out;
@@ -15,6 +15,32 @@ fn fields_and_info_list() {
     assert!(done(here.path(), &["--help"]).out.contains("extract"));
     assert_eq!(isoforge(here.path(), &["frobnicate"]).code, Some(2));
     assert_eq!(isoforge(here.path(), &[]).code, Some(2));
+}
+
+#[test]
+fn a_gallery_of_all_fields() {
+    let here = folder();
+    let run = done(here.path(), &["gallery", "-o", "all.png", "--cell", "40", "--columns", "5", "-n", "12"]);
+    let count = isoforge::field::named::ALL.len();
+    assert!(run.out.contains(&format!("all.png: {count} fields")), "{}", run.out);
+    let picture = image::open(here.path().join("all.png")).expect("a picture").into_rgb8();
+    let (width, height) = (5 * 44 + 4, count.div_ceil(5) as u32 * 60 + 4);
+    assert_eq!(picture.dimensions(), (width, height));
+    // Something is drawn in each cell, and a name under it.
+    let background = *picture.get_pixel(0, 0);
+    for place in 0..count as u32 {
+        let (left, top) = (4 + place % 5 * 44, 4 + place / 5 * 60);
+        for rows in [top..top + 40, top + 44..top + 52] {
+            let drawn = rows.flat_map(|y| (left..left + 40).map(move |x| (x, y)));
+            assert!(drawn.into_iter().any(|(x, y)| *picture.get_pixel(x, y) != background), "cell {place}");
+        }
+    }
+    assert_eq!(isoforge(here.path(), &["gallery", "-o", "all.jpg"]).code, Some(1));
+    assert_eq!(isoforge(here.path(), &["gallery", "-o", "all.png", "--cell", "2"]).code, Some(2));
+    assert_eq!(
+        isoforge(here.path(), &["gallery", "-o", "all.png", "--cell", "2048", "--columns", "1"]).code,
+        Some(2)
+    );
 }
 
 #[test]
@@ -61,4 +87,23 @@ fn compare_agrees() {
     let run = done(here.path(), &["compare", "torus", "-n", "24"]);
     assert!(run.out.contains("equal bit for bit") && !run.out.contains("DISAGREES"), "{}", run.out);
     done(here.path(), &["compare", volume().to_str().expect("UTF-8"), "-I", "40"]);
+}
+
+#[test]
+fn compare_says_what_extract_says() {
+    if cpu_alone() {
+        return;
+    }
+    let here = folder();
+    let run = isoforge(here.path(), &["compare", "cube", "-n", "8", "--bounds", "1e6,0,0,1000001,1,1"]);
+    assert!(run.err.contains("units in the last place"), "{}", run.err);
+}
+
+#[test]
+fn a_bench_without_rows_fails() {
+    let here = folder();
+    let args = ["bench", "-q", "-n", "1048576", "--cases", "sphere", "--backend", "cpu", "--json", "-"];
+    let run = isoforge(here.path(), &args);
+    assert!(run.code == Some(1) && run.err.contains("nothing was measured"), "{}", run.err);
+    assert!(run.out.contains("32-bit"), "the report says why: {}", run.out);
 }

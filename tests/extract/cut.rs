@@ -1,7 +1,7 @@
 //! Grids cut into slabs and batches give the bytes of the uncut grid.
 //!
-//! Goes red when `compact` numbers bricks without the slab's first, and when `vertex_on` numbers vertices
-//! without the slab's first.
+//! Goes red when `brick_origin` forgets `slab_first`, when `compact` counts the halo's bricks in `own_active`,
+//! and when `vertex_on` numbers vertices without the slab's first.
 
 use super::{bytes, read};
 use crate::common;
@@ -37,6 +37,57 @@ fn shrink_budget(extractor: &Extractor, source: &Source<'_>, iso: f32) -> BTreeS
         }
         budget = budget * 7 / 8;
     }
+}
+
+/// One figure is named, whatever the budget; it suffices, and one byte less does not.
+///
+/// Goes red when `short` names the scratch at hand rather than the least, or leaves out the reading back.
+#[test]
+fn the_need_that_is_named_suffices() {
+    let Some(extractor) = common::extractor() else { return };
+    let (gyroid, _) = common::named("gyroid", 1);
+    let box_of = |cells, high| Grid::from_bounds(cells, Vec3::ZERO, high).unwrap();
+    // Much mesh, next to none, and a grid that is cut along x too.
+    let dense = box_of([24; 3], Vec3::splat(4.0));
+    let empty = box_of([50, 40, 60], Vec3::splat(0.3));
+    let long = box_of([1100, 12, 9], Vec3::new(3.0, 0.03, 0.03));
+    let noise = common::noise(box_of([20, 21, 22], Vec3::ONE), 1);
+    let field = |grid| Source::Field(&gyroid, grid);
+    let mut met = BTreeSet::new();
+    for source in [field(dense), field(empty), field(long), Source::Volume(&noise)] {
+        for read_back in [false, true] {
+            let run = |memory_budget| {
+                let options = Options { memory_budget, ..Options::new(0.1) };
+                extractor
+                    .extract_with(&source, &options, read_back, &|_| {})
+                    .map(|found| found.report.peak_bytes)
+            };
+            let mut budget = run(u64::MAX).unwrap();
+            let mut named = BTreeSet::new();
+            while budget > 1000 {
+                match run(budget) {
+                    Ok(peak) => assert!(peak <= budget),
+                    Err(ExtractError::Budget { what, needed, .. }) if what.starts_with("the mesh") => {
+                        met.insert(what);
+                        named.insert(needed);
+                    }
+                    // Even the scratch is too much: what the mesh takes is not known yet.
+                    Err(ExtractError::Budget { needed, .. }) => {
+                        assert!(named.first().is_none_or(|&all| needed < all), "{needed}: {named:?}");
+                        let again = run(needed);
+                        assert!(matches!(again, Ok(_) | Err(ExtractError::Budget { .. })), "{again:?}");
+                    }
+                    Err(error) => panic!("within {budget} bytes: {error}"),
+                }
+                budget = budget * 2 / 3;
+            }
+            let need = *named.first().unwrap_or(&0);
+            assert_eq!(named.len(), 1, "{:?}, {read_back}: {named:?}", source.grid());
+            assert!(run(need).is_ok_and(|peak| peak <= need), "{:?}", run(need));
+            assert!(run(need - 1).is_err());
+        }
+    }
+    assert_eq!(met.len(), 2, "{met:?}");
 }
 
 #[test]

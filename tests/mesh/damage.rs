@@ -41,11 +41,13 @@ impl Folder {
         fs::read(path).unwrap()
     }
 
-    /// The error without the path.
+    /// The error without the path and the remedy.
     fn fault(&self, ending: &str, bytes: impl AsRef<[u8]>) -> String {
         let error = self.read(ending, bytes.as_ref()).unwrap_err().to_string();
         let place = error.find(&format!("x.{ending}")).expect("the error names the file");
-        error[place + 2 + ending.len()..].to_string()
+        let (what, remedy) = error[place + 2 + ending.len()..].split_once(';').expect("a remedy");
+        assert!(remedy.contains("export it again") || remedy.contains("in another format"), "{remedy}");
+        format!("{what}.")
     }
 }
 
@@ -118,7 +120,7 @@ fn lying_counts_and_indices() {
     assert_eq!(off("OFF\n2 0 0\n0 0 0\n"), ": the file ends where vertex 1 of 2 should be.");
     assert_eq!(off("OFF\n1 0 0\n0 zero 0\n"), ", line 3: \"zero\" is not a number.");
     assert_eq!(off("PLY\n"), ", line 1: not an OFF file: the word OFF is missing.");
-    assert_eq!(off("OFF BINARY\n"), ", line 1: binary OFF files are not supported; save it as text.");
+    assert_eq!(off("OFF BINARY\n"), ", line 1: binary OFF files are not supported.");
 
     let obj = |text: &str| folder.fault("obj", text);
     assert_eq!(obj("v 0 0 0\nf 1 1 2\n"), ", line 2: a face names vertex 2, but the file has 1.");

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use isoforge::TargetError;
 use isoforge::mesh::write::{ENDINGS, WriteError, check_target, write};
 
 use crate::shapes::{cube, mesh, tetrahedron};
@@ -42,9 +43,9 @@ fn refusals_leave_nothing() {
     };
     assert!(matches!(both("a.xyz"), WriteError::UnknownEnding { .. }));
     assert!(both("a").to_string().contains(".off, .obj, .ply, .stl or .glb"));
-    assert!(matches!(both("none/a.ply"), WriteError::FolderMissing { .. }));
-    assert!(matches!(both("file/a.ply"), WriteError::InTheWay { .. }));
-    assert!(matches!(both("sub.ply"), WriteError::InTheWay { .. }));
+    assert!(matches!(both("none/a.ply"), WriteError::Target(TargetError::FolderMissing { .. })));
+    assert!(matches!(both("file/a.ply"), WriteError::Target(TargetError::InTheWay { .. })));
+    assert!(matches!(both("sub.ply"), WriteError::Target(TargetError::InTheWay { .. })));
     assert_eq!(names(folder.path()), ["file", "sub.ply"]);
 
     // What only the mesh decides: an older file stays.
@@ -84,4 +85,26 @@ fn permissions_and_links_are_those_of_ordinary_files() {
     write(&tetrahedron(), &folder.path().join("link.off")).unwrap();
     assert!(folder.path().join("link.off").is_symlink());
     assert_eq!(isoforge::mesh::read::read(&path).unwrap().triangles.len(), 4);
+
+    // A link to what does not exist yet makes it; one to itself leads nowhere.
+    fs::create_dir(folder.path().join("sub")).unwrap();
+    symlink("sub/new.off", folder.path().join("dangling.off")).unwrap();
+    write(&cube(), &folder.path().join("dangling.off")).unwrap();
+    assert!(folder.path().join("dangling.off").is_symlink());
+    assert!(folder.path().join("sub/new.off").is_file());
+    symlink("self.off", folder.path().join("self.off")).unwrap();
+    for error in [check_target(&folder.path().join("self.off")).unwrap_err(), {
+        write(&cube(), &folder.path().join("self.off")).unwrap_err()
+    }] {
+        assert!(matches!(error, WriteError::Target(TargetError::InTheWay { .. })), "{error}");
+    }
+}
+
+/// A folder that takes no files is not a missing one, and no message names the temporary file.
+#[cfg(target_os = "linux")]
+#[test]
+fn folders_that_take_no_files() {
+    let error = check_target(Path::new("/proc/x.ply")).unwrap_err();
+    assert!(matches!(&error, WriteError::Target(TargetError::NotWritable { .. })), "{error}");
+    assert!(!error.to_string().contains(".isoforge-"), "{error}");
 }

@@ -2,8 +2,8 @@
 
 use crate::common;
 use crate::inputs::check;
-use isoforge::field::Field;
 use isoforge::field::Sense;
+use isoforge::field::{Field, PARAMETER_VECTORS};
 use isoforge::gpu::kernel::{Bindings, binding as b};
 use isoforge::stage::classify::{BrickRecord, Classify};
 use isoforge::stage::params::{Params, Work};
@@ -42,7 +42,7 @@ fn workgroups_beyond_the_batch_do_nothing() {
     let work = filled("work", bytemuck::bytes_of(&work), storage);
     let active = filled("active", bytemuck::cast_slice(&[0u32, 1, 2, 3, 4, 5, 6, 7]), storage);
     let dispatches = filled("dispatches", bytemuck::cast_slice(&[2u32, 3, 1]), storage | U::INDIRECT);
-    let parameters = filled("field", &[0; 256], U::UNIFORM | U::COPY_DST);
+    let parameters = filled("field", &[0; 16 * PARAMETER_VECTORS], U::UNIFORM | U::COPY_DST);
     // Room for all, so that a write too far shows.
     let poison = f32::NAN.to_ne_bytes().repeat(slots as usize * 729);
     let samples = filled("samples", &poison, storage);

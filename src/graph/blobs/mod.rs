@@ -1,7 +1,7 @@
 //! Sums of many components of finite support: blobs, metaballs, soft objects, molecules, fluids.
 //!
 //! [`Blobs`] is one [`Leaf`] of any number of [`Component`]s, which never become operations: a sum at a
-//! point takes only those whose support may reach it ([`grid`]), so the cost follows the components and the
+//! point takes only those whose support may reach it (`grid`), so the cost follows the components and the
 //! surface. [`skeleton`] has blobs around segments, lines and tori, as expressions.
 
 mod bounds;

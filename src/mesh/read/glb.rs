@@ -19,7 +19,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
         Some(length) if (12..=bytes.len()).contains(&length) => {}
         Some(length) => {
             let what = format!("the header says {length} bytes, but the file has {}", bytes.len());
-            return Err(Fault::new(what + ": cut short or damaged"));
+            return Err(Fault::new(what));
         }
         None => return Err(Fault::new("the file ends within its header")),
     }
@@ -33,7 +33,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
     }
     let document = Document::from_json(json).map_err(fault)?;
     if let Some(extension) = document.extensions_required().next() {
-        return Err(Fault::new(format!("the file needs the extension {extension}, which is not supported")));
+        return Err(Fault::unsupported(None, format!("the file needs the extension {extension}")));
     }
     let blob = gltf.blob.as_deref().unwrap_or_default();
 
@@ -144,11 +144,11 @@ fn vectors(accessor: &Accessor, blob: &[u8]) -> Result<(), Fault> {
 fn within(accessor: &Accessor, shape: Dimensions, size: usize, blob: &[u8]) -> Result<(), Fault> {
     let i = accessor.index();
     if accessor.sparse().is_some() {
-        return Err(Fault::new(format!("accessor {i} is sparse, which is not supported")));
+        return Err(Fault::unsupported(None, format!("accessor {i} is sparse")));
     }
     let view = accessor.view().ok_or_else(|| Fault::new(format!("accessor {i} has no data")))?;
     if !matches!(view.buffer().source(), gltf::buffer::Source::Bin) {
-        return Err(Fault::new("the data lies in another file; save it as one GLB file"));
+        return Err(Fault::unsupported(None, "the data lies in another file"));
     }
     let stride = view.stride().unwrap_or(size);
     let end = accessor

@@ -31,16 +31,18 @@ pub enum ReadError {
         path: PathBuf,
     },
     /// The file cannot be opened or read.
-    #[error("{}: cannot read: {source}.", path.display())]
+    #[error("{}: cannot read: {source}; check that it is a file that you may read.", path.display())]
     Io {
         /// The path asked for.
         path: PathBuf,
         /// What the system said.
         source: io::Error,
     },
-    /// The file is damaged, cut short, of another format than its ending says, or uses a part of the
-    /// format that is not supported.
-    #[error("{}{}: {what}.", path.display(), line.map_or(String::new(), |line| format!(", line {line}")))]
+    /// The file is damaged, cut short, or of another format than its ending says.
+    #[error(
+        "{}{}: {what}; the file is damaged, cut short, or no mesh of this format: export it again.",
+        path.display(), in_line(*line)
+    )]
     Malformed {
         /// The path asked for.
         path: PathBuf,
@@ -49,6 +51,20 @@ pub enum ReadError {
         /// What is wrong, naming the vertex or face (numbered from 0) where there is one.
         what: String,
     },
+    /// The file uses a part of the format that is not supported.
+    #[error("{}{}: {what}; save it without, or in another format.", path.display(), in_line(*line))]
+    Unsupported {
+        /// The path asked for.
+        path: PathBuf,
+        /// The line, from 1, where there are lines and it is known.
+        line: Option<usize>,
+        /// What is not supported.
+        what: String,
+    },
+}
+
+fn in_line(line: Option<usize>) -> String {
+    line.map_or(String::new(), |line| format!(", line {line}"))
 }
 
 /// What is wrong with the contents of a file.
@@ -56,15 +72,21 @@ pub enum ReadError {
 struct Fault {
     line: Option<usize>,
     what: String,
+    supported: bool,
 }
 
 impl Fault {
     fn new(what: impl Into<String>) -> Self {
-        Fault { line: None, what: what.into() }
+        Fault { line: None, what: what.into(), supported: true }
     }
 
     fn at(line: usize, what: impl Into<String>) -> Self {
-        Fault { line: Some(line), what: what.into() }
+        Fault { line: Some(line), what: what.into(), supported: true }
+    }
+
+    /// A part of the format that is not read.
+    fn unsupported(line: Option<usize>, what: impl Into<String>) -> Self {
+        Fault { line, what: what.into(), supported: false }
     }
 }
 
@@ -89,7 +111,14 @@ pub fn read(path: &Path) -> Result<Mesh, ReadError> {
         "stl" => stl::parse(bytes),
         _ => glb::parse(&bytes),
     };
-    mesh.map_err(|Fault { line, what }| ReadError::Malformed { path: path.into(), line, what })
+    mesh.map_err(|Fault { line, what, supported }| {
+        let path = path.into();
+        if supported {
+            ReadError::Malformed { path, line, what }
+        } else {
+            ReadError::Unsupported { path, line, what }
+        }
+    })
 }
 
 /// Cuts a polygon into a fan of triangles; fewer than three corners make none.

@@ -17,11 +17,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
         // In the format's order: texture coordinates, colours, normals; 4 and n change the dimension.
         Some("" | "C" | "ST" | "STC") => false,
         Some("N" | "CN" | "STN" | "STCN") => true,
-        Some(other) => return Err(Fault::at(number, format!("{other}OFF files are not supported"))),
+        Some(other) => {
+            return Err(Fault::unsupported(Some(number), format!("{other}OFF files are not supported")));
+        }
         None => return Err(Fault::at(number, "not an OFF file: the word OFF is missing")),
     };
     if words.peek() == Some(&"BINARY") {
-        return Err(Fault::at(number, "binary OFF files are not supported; save it as text"));
+        return Err(Fault::unsupported(Some(number), "binary OFF files are not supported"));
     }
     let (number, counts) = match words.peek() {
         Some(_) => (number, words.collect::<Vec<_>>()),

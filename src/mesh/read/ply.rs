@@ -36,7 +36,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
                 }
                 faces = elements::<Face>(&mut reader, element, &header)?;
             }
-            "tristrips" => return Err(Fault::new("triangle strips are not supported; save it with faces")),
+            "tristrips" => return Err(Fault::unsupported(None, "triangle strips are not supported")),
             _ => drop(elements::<Other>(&mut reader, element, &header)?),
         }
     }
@@ -60,7 +60,7 @@ fn fault(error: ParseError) -> Fault {
     let what = what.lines().next().unwrap_or("damaged").trim_end_matches('.');
     // The line is said again by the error itself.
     let what = what.split_once(": ").filter(|(line, _)| line.starts_with("Line ")).map_or(what, |(_, w)| w);
-    Fault { line: error.line(), what: what.to_string() }
+    Fault { line: error.line(), ..Fault::new(what) }
 }
 
 fn elements<E: PropertyAccess>(

@@ -25,8 +25,7 @@ pub(super) fn parse(mut bytes: Vec<u8>) -> Result<Mesh, Fault> {
     }
     Err(Fault::new(match (count, binary_length) {
         (Some(count), Some(length)) => format!(
-            "the header promises {count} triangles, which take {length} bytes, but the file has {}: \
-             cut short, or not an STL file",
+            "the header promises {count} triangles, which take {length} bytes, but the file has {}",
             bytes.len()
         ),
         _ => format!("{} bytes are too few for an STL file", bytes.len()),
@@ -38,7 +37,7 @@ pub(super) fn parse(mut bytes: Vec<u8>) -> Result<Mesh, Fault> {
 fn one_solid(text: &str) -> Result<Vec<u8>, Fault> {
     let text = text.trim().to_ascii_lowercase();
     if !text.lines().next_back().is_some_and(|line| line.trim().starts_with("endsolid")) {
-        return Err(Fault::at(text.lines().count(), "the file ends without endsolid: cut short"));
+        return Err(Fault::at(text.lines().count(), "the file ends without endsolid"));
     }
     let mut out = Vec::with_capacity(text.len() + 32);
     out.extend_from_slice(b"solid all\n");

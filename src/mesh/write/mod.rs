@@ -2,8 +2,9 @@
 //!
 //! A file appears whole or not at all: it is written under a temporary name in its own folder and
 //! renamed at the end, which replaces an older file of that name. (A killed process may leave the
-//! temporary file, `.isoforge-*`; no half file ever has the name asked for.) Coordinates go out as they
-//! are, in world units, without any change of axes.
+//! temporary file, `.isoforge-*`; no half file ever has the name asked for.) Symbolic links are followed,
+//! and a device or a pipe is written straight into. Coordinates go out as they are, in world units, without
+//! any change of axes.
 
 mod glb;
 mod obj;
@@ -11,13 +12,11 @@ mod off;
 mod ply;
 mod stl;
 
-use std::fs;
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::atomic::{folder_of, temporary_beside};
+use crate::atomic::{self, TargetError};
 use rayon::prelude::*;
-use tempfile::NamedTempFile;
 
 use super::{Mesh, Vertex};
 
@@ -37,43 +36,9 @@ pub enum WriteError {
         /// The path asked for.
         path: PathBuf,
     },
-    /// The folder the file should go into does not exist.
-    #[error("{}: there is no folder {}; create it, or write elsewhere.", path.display(), folder.display())]
-    FolderMissing {
-        /// The path asked for.
-        path: PathBuf,
-        /// Its folder.
-        folder: PathBuf,
-    },
-    /// The path is a folder, or what should be its folder is a file.
-    #[error("{}: {} is in the way; choose another name.", path.display(), what)]
-    InTheWay {
-        /// The path asked for.
-        path: PathBuf,
-        /// What stands where.
-        what: String,
-    },
-    /// The folder may not be written to.
-    #[error(
-        "{}: no file can be made in the folder {} ({source}); allow writing there, or write elsewhere.",
-        path.display(), folder.display()
-    )]
-    NotWritable {
-        /// The path asked for.
-        path: PathBuf,
-        /// Its folder.
-        folder: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// The disk or a quota is full, or its file system takes no file of this size.
-    #[error("{}: no room for the file ({source}); make room, or write elsewhere.", path.display())]
-    Full {
-        /// The path asked for.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
+    /// The file cannot be made or filled there.
+    #[error(transparent)]
+    Target(#[from] TargetError),
     /// The format cannot hold a mesh of this size.
     #[error("{}: {what}; write .ply, .obj or .off, or a coarser mesh.", path.display())]
     TooLarge {
@@ -97,14 +62,6 @@ pub enum WriteError {
         /// How many vertices there are.
         vertices: usize,
     },
-    /// Writing failed in another way.
-    #[error("{}: cannot write: {source}.", path.display())]
-    Io {
-        /// The path asked for.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
 }
 
 /// Whether the path ends in one of [`ENDINGS`].
@@ -126,7 +83,7 @@ pub(super) fn ending(path: &Path) -> Option<&'static str> {
 /// As [`write()`], without what depends on the mesh.
 pub fn check_target(path: &Path) -> Result<(), WriteError> {
     ending(path).ok_or_else(|| WriteError::UnknownEnding { path: path.into() })?;
-    temporary(path, &target(path)).map(drop)
+    Ok(atomic::check(path)?)
 }
 
 /// Writes a mesh in the format that the ending of `path` stands for; returns the size in bytes.
@@ -157,55 +114,18 @@ pub fn write(mesh: &Mesh, path: &Path) -> Result<u64, WriteError> {
         _ => {}
     }
 
-    let target = target(path);
-    let mut file = temporary(path, &target)?;
-    let failed = |source: io::Error| match source.kind() {
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
-            WriteError::Full { path: path.into(), source }
-        }
-        _ => WriteError::Io { path: path.into(), source },
-    };
-    let mut out = Counted { inner: BufWriter::with_capacity(1 << 20, file.as_file_mut()), bytes: 0 };
-    let done = match format {
-        "off" => off::write(mesh, &mut out),
-        "obj" => obj::write(mesh, &mut out),
-        "ply" => ply::write(mesh, &mut out),
-        "stl" => stl::write(mesh, &mut out),
-        _ => glb::write(mesh, &mut out),
-    };
-    done.and_then(|()| out.flush()).map_err(failed)?;
-    let bytes = out.bytes;
-    drop(out);
-    if let Ok(older) = fs::metadata(&target) {
-        // Replacing a file keeps who may read it. Where that is not allowed the new file is as any new one.
-        let _ = file.as_file().set_permissions(older.permissions());
-    }
-    file.persist(&target).map_err(|error| failed(error.error))?;
+    let bytes = atomic::write(path, |file| {
+        let mut out = Counted { inner: file, bytes: 0 };
+        match format {
+            "off" => off::write(mesh, &mut out),
+            "obj" => obj::write(mesh, &mut out),
+            "ply" => ply::write(mesh, &mut out),
+            "stl" => stl::write(mesh, &mut out),
+            _ => glb::write(mesh, &mut out),
+        }?;
+        Ok(out.bytes)
+    })?;
     Ok(bytes)
-}
-
-/// Where the file goes: through a symbolic link to what it points to.
-fn target(path: &Path) -> PathBuf {
-    if path.is_symlink() { fs::canonicalize(path).unwrap_or_else(|_| path.into()) } else { path.into() }
-}
-
-/// A file in the folder of `target`, removed again on drop.
-fn temporary(path: &Path, target: &Path) -> Result<NamedTempFile, WriteError> {
-    let folder = folder_of(target);
-    if target.is_dir() {
-        return Err(WriteError::InTheWay { path: path.into(), what: "a folder of that name".into() });
-    }
-    temporary_beside(target).map_err(|source| {
-        let (path, folder) = (PathBuf::from(path), PathBuf::from(folder));
-        match source.kind() {
-            ErrorKind::NotFound => WriteError::FolderMissing { path, folder },
-            ErrorKind::NotADirectory => {
-                WriteError::InTheWay { path, what: format!("the file {}", folder.display()) }
-            }
-            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => WriteError::Full { path, source },
-            _ => WriteError::NotWritable { path, folder, source },
-        }
-    })
 }
 
 struct Counted<W> {

@@ -196,6 +196,11 @@ struct Band {
     colour: Vec<[[u8; 4]; 4]>,
 }
 
+/// Bytes of the samples of [`ROWS`] rows.
+pub(super) fn band_bytes(width: u32) -> u64 {
+    u64::from(width) * u64::from(ROWS) * 4 * (4 + 4)
+}
+
 impl Band {
     fn new(width: u32) -> Self {
         let pixels = (width * ROWS) as usize;

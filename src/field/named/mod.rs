@@ -1,9 +1,15 @@
-//! The fields with a name: norm balls, torus, gyroid. Each is one entry of [`ALL`]: its formula, its
-//! parameters, and the expression that both backends evaluate.
+//! The fields with a name: norm balls, quadrics and other classic surfaces. Each is one entry of [`ALL`], a
+//! file a family: its formula, its parameters, and the expression that both backends evaluate.
+
+mod algebraic;
+mod norms;
+mod periodic;
+mod quadrics;
+mod superquadrics;
 
 use super::{Field, NoForm, Points, Sense, Wgsl, Within};
 use crate::graph::interval::Interval;
-use crate::graph::{Expr, GraphField, x, y, z};
+use crate::graph::{Expr, GraphField};
 
 /// A parameter of a named field.
 #[derive(Debug, Clone, Copy)]
@@ -14,7 +20,7 @@ pub struct Parameter {
     pub meaning: &'static str,
     /// Its value unless given.
     pub default: f64,
-    /// The smallest value it may have.
+    /// The smallest value it may have; −∞ if it may have any.
     pub least: f64,
 }
 
@@ -28,84 +34,56 @@ pub struct Definition {
     pub parameters: &'static [Parameter],
     /// An iso value that shows something.
     pub iso: f32,
+    /// Which side of iso is inside.
+    pub sense: Sense,
     /// Half the edge of a cube around the origin that shows it.
     pub half_edge: f32,
     /// The field, given its parameters.
     build: fn(&[Expr]) -> Expr,
 }
 
-fn distance_square() -> Expr {
-    (x().square() + y().square()) + z().square()
+impl Definition {
+    /// A field without parameters.
+    const fn plain(name: &'static str, formula: &'static str, build: fn(&[Expr]) -> Expr) -> Self {
+        Self { name, formula, parameters: &[], iso: 0.0, sense: Sense::Below, half_edge: 1.5, build }
+    }
+}
+
+/// A parameter that may be any number.
+const fn any(name: &'static str, meaning: &'static str, default: f64) -> Parameter {
+    Parameter { name, meaning, default, least: f64::NEG_INFINITY }
+}
+
+/// A parameter above 0.
+const fn positive(name: &'static str, meaning: &'static str, default: f64) -> Parameter {
+    Parameter { name, meaning, default, least: 1e-6 }
 }
 
 /// Every named field.
 pub static ALL: &[Definition] = &[
-    Definition {
-        name: "sphere",
-        formula: "sqrt(x² + y² + z²); iso is the radius",
-        parameters: &[],
-        iso: 1.0,
-        half_edge: 1.5,
-        build: |_| distance_square().sqrt(),
-    },
-    Definition {
-        name: "octahedron",
-        formula: "|x| + |y| + |z|; iso is the distance of the corners",
-        parameters: &[],
-        iso: 1.0,
-        half_edge: 1.5,
-        build: |_| (x().abs() + y().abs()) + z().abs(),
-    },
-    Definition {
-        name: "cube",
-        formula: "max(|x|, |y|, |z|); iso is half the edge",
-        parameters: &[],
-        iso: 1.0,
-        half_edge: 1.5,
-        build: |_| x().abs().max(y().abs()).max(z().abs()),
-    },
-    Definition {
-        name: "torus",
-        formula: "(x² + y² + z² + R² − r²)² − 4R²(x² + y²), axis z; the surface is at iso 0",
-        parameters: &[
-            Parameter {
-                name: "R",
-                meaning: "major radius",
-                default: std::f64::consts::FRAC_1_SQRT_2,
-                least: 0.0,
-            },
-            Parameter {
-                name: "r",
-                meaning: "minor radius",
-                default: std::f64::consts::FRAC_1_SQRT_2 / 2.0,
-                least: 0.0,
-            },
-        ],
-        iso: 0.0,
-        half_edge: 1.5,
-        build: |p| {
-            // The uniforms R² − r² and 4R² round to exactly 0.375 and 2 for the defaults.
-            let flat = x().square() + y().square();
-            let k = (&flat + z().square()) + (p[0].square() - p[1].square());
-            k.square() - flat * (p[0].square() * 4.0)
-        },
-    },
-    Definition {
-        name: "gyroid",
-        formula: "sin X cos Y + sin Y cos Z + sin Z cos X, X = 2πx/period",
-        parameters: &[Parameter {
-            name: "period",
-            meaning: "length of one repeat",
-            default: 1.0,
-            least: 1e-6,
-        }],
-        iso: 0.0,
-        half_edge: 1.0,
-        build: |p| {
-            let [x, y, z] = [x(), y(), z()].map(|c| c * (1.0 / &p[0]));
-            (x.sin_turns() * y.cos_turns() + y.sin_turns() * z.cos_turns()) + z.sin_turns() * x.cos_turns()
-        },
-    },
+    norms::SPHERE,
+    norms::OCTAHEDRON,
+    norms::CUBE,
+    norms::TORUS,
+    periodic::GYROID,
+    periodic::SCHWARZ_P,
+    periodic::SCHWARZ_D,
+    periodic::NEOVIUS,
+    quadrics::QUADRIC,
+    quadrics::ELLIPSOID,
+    quadrics::HYPERBOLOID_ONE_SHEET,
+    quadrics::HYPERBOLOID_TWO_SHEETS,
+    quadrics::HYPERBOLIC_PARABOLOID,
+    quadrics::ELLIPTIC_PARABOLOID,
+    quadrics::ELLIPTIC_CONE,
+    quadrics::ELLIPTIC_CYLINDER,
+    quadrics::PAIR_OF_PLANES,
+    superquadrics::SUPERELLIPSOID,
+    superquadrics::SUPERHYPERBOLOID,
+    superquadrics::SUPERTORUS,
+    algebraic::STEINER,
+    algebraic::BOY,
+    algebraic::REDUCIBLE,
 ];
 
 /// Why a named field could not be made.
@@ -126,7 +104,7 @@ pub enum NameError {
         name: String,
     },
     /// A parameter out of its range.
-    #[error("the parameter `{name}` is {value}; it takes a finite number of at least {least}")]
+    #[error("the parameter `{name}` is {value}; it takes a finite number{}", at_least(*.least))]
     Value {
         /// The parameter.
         name: &'static str,
@@ -135,6 +113,10 @@ pub enum NameError {
         /// The smallest value it may have.
         least: f64,
     },
+}
+
+fn at_least(least: f64) -> String {
+    if least.is_finite() { format!(" of at least {least}") } else { String::new() }
 }
 
 fn names() -> String {
@@ -164,7 +146,7 @@ impl Named {
         let definition = definition.ok_or_else(|| NameError::Unknown { name: name.into() })?;
         let parameters: Vec<Expr> =
             definition.parameters.iter().map(|p| Expr::parameter(p.name, p.default)).collect();
-        Ok(Self { definition, field: GraphField::new(&(definition.build)(&parameters), Sense::Below) })
+        Ok(Self { definition, field: GraphField::new(&(definition.build)(&parameters), definition.sense) })
     }
 
     /// Sets a parameter.

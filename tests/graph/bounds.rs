@@ -1,0 +1,98 @@
+//! Bounds of whole expressions, and what pruning leaves of them.
+
+use crate::common::{self, Random};
+use crate::{field, gradients, on_gpu, reference, values};
+use isoforge::field::Field;
+use isoforge::graph::interval::Interval;
+use isoforge::graph::{x, y};
+
+/// 10⁵ random boxes: no value lies beyond the interval, and the field pruned to the box gives the same bits.
+///
+/// Goes red when `min` prunes the smaller operand, and when `mul` leaves out one of its four products.
+#[test]
+fn of_random_expressions() {
+    let mut random = Random(11);
+    let (mut pruned, mut bounded) = (0, 0);
+    for round in 0..500 {
+        let pair = reference::random(&mut random, 3 + round % 40);
+        let whole = field(&pair.expr);
+        for _ in 0..200 {
+            let size = [0.001, 0.05, 0.5, 3.0][random.next() as usize % 4];
+            let region = [0; 3].map(|_| {
+                let low = (random.unit() - 0.5) * 6.0;
+                Interval::new(low, low + random.unit() * size)
+            });
+            let points: Vec<[f32; 3]> = (0..8)
+                .map(|_| region.map(|r| (r.lo + random.unit() * (r.hi - r.lo)).clamp(r.lo, r.hi)))
+                .collect();
+            let known = whole.within(region);
+            let own = values(&whole, &points);
+            if known.range.is_bounded() {
+                bounded += 1;
+                assert!(
+                    own.iter().all(|v| v.is_finite() && known.range.contains(*v)),
+                    "{:?}: {own:?}",
+                    known.range
+                );
+            }
+            if let Some(simpler) = known.field {
+                pruned += 1;
+                let same =
+                    |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()));
+                let theirs = values(&*simpler, &points);
+                assert!(same(&own, &theirs), "{own:?} {theirs:?} {simpler:?} {:?}", pair.expr);
+                let [a, b] =
+                    [&whole as &dyn Field, &*simpler].map(|f| gradients(f, &points).into_flattened());
+                assert!(same(&a, &b), "gradients of {:?}", pair.expr);
+            }
+        }
+    }
+    assert!(pruned > 5_000 && bounded > 20_000, "{pruned} boxes pruned, {bounded} with bounds");
+}
+
+/// Whole expressions give the same bits on a software GPU, sums and products in whatever order they stand.
+///
+/// Goes red when `iso_exact` gives back what it is given: Mesa reorders sums.
+#[test]
+fn same_bits_on_the_gpu() {
+    let Some(gpu) = common::gpu().filter(|gpu| gpu.is_software()) else { return };
+    let mut random = Random(21);
+    for round in 0..30 {
+        let sum = (0..6).map(|_| reference::random(&mut random, 2 + round % 6).expr * (x() + 0.1) + y());
+        let sum = sum.reduce(|a, b| a + 0.3 + b * 1.7 + 0.1).unwrap();
+        let own = field(&sum);
+        let points: Vec<[f32; 3]> = (0..500).map(|_| [0; 3].map(|_| (random.unit() - 0.5) * 3.0)).collect();
+        for (a, b) in on_gpu::values(gpu, &own, &points).into_iter().zip(values(&own, &points)) {
+            assert!(
+                a == b || (!a.is_finite() && !b.is_finite()),
+                "{a:?} on the GPU, {b:?} on the CPU: {sum:?}"
+            );
+        }
+    }
+}
+
+/// Values against an independent `f64` evaluation, where neither is at a jump.
+#[test]
+fn values_of_random_expressions() {
+    let mut random = Random(5);
+    let (mut close, mut all) = (0, 0);
+    for round in 0..400 {
+        let pair = reference::random(&mut random, 2 + round % 25);
+        let own = field(&pair.expr);
+        let points: Vec<[f32; 3]> = (0..50).map(|_| [0; 3].map(|_| (random.unit() - 0.5) * 3.0)).collect();
+        for (p, v) in points.iter().zip(values(&own, &points)) {
+            let expected = (pair.value)(p.map(f64::from));
+            if expected.is_nan() {
+                continue;
+            }
+            all += 1;
+            // How much it changes nearby says how far rounding can carry it.
+            let nearby = [-1e-5, 1e-5].map(|d| (pair.value)(p.map(|c| f64::from(c) + d)));
+            let spread = nearby.iter().fold(0.0f64, |m, n| m.max((n - expected).abs()));
+            let near = (f64::from(v) - expected).abs() <= 1e-3 * expected.abs().max(1.0) + 2.0 * spread;
+            close += u32::from(near || (!v.is_finite() && expected.abs() >= 1e30));
+        }
+    }
+    // Jumps (floor, less) and poles make a few differ.
+    assert!(close > all / 1000 * 995, "{close} of {all}");
+}
