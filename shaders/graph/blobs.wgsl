@@ -22,7 +22,7 @@ fn LEAF_exp2(x: f32) -> f32 {
     let whole = floor(x + 0.5);
     let f = x - whole;
     var p = 1.5353362e-4 * f + 1.3398874e-3;
-    p = p * f + 9.6184374e-3;
+    p = p * f + 9.618437e-3;
     p = p * f + 5.5503325e-2;
     p = p * f + 0.24022648;
     p = p * f + 0.6931472;

@@ -2,12 +2,12 @@
 
 use crate::common::Random;
 use crate::reference::{KERNELS, some, values};
-use isoforge::graph::blobs::{Blobs, Kernel};
+use isoforge::graph::blobs::{Blobs, Component, Kernel};
 use isoforge::graph::interval::{ALL, Interval};
 use isoforge::graph::leaf::Leaf;
 
 /// No value lies outside its interval, in 10⁴ boxes of all sizes. Goes red when far and near are changed about
-/// for negative weights, and when peaks leave out the last box along x.
+/// for negative weights.
 #[test]
 fn hold_all_values() {
     let mut random = Random(3);
@@ -50,4 +50,23 @@ fn are_exactly_zero_where_nothing_reaches() {
         assert_eq!(part.interval(over), Interval::new(0.0, 0.0));
     }
     assert_eq!(blobs.interval([ALL, Interval::new(0.0, 1.0), Interval::new(0.0, 1.0)]), ALL);
+}
+
+/// In a large box a single peak counts, wherever it is. Goes red when peaks leave out the last box along an axis.
+#[test]
+fn hold_single_peaks_in_large_boxes() {
+    for (n, at) in [0, 19, 19 * 20, 19 * 400, 7999, 4211].into_iter().enumerate() {
+        let weight = if n % 2 == 0 { 2.0 } else { -2.0 };
+        let one = |i: usize| Component {
+            position: [i % 20, i / 20 % 20, i / 400].map(|v| v as f32),
+            radius: 0.9,
+            weight: if i == at { weight } else { 0.0 },
+        };
+        let blobs = Blobs::new(Kernel::SoftObject, (0..8000).map(one).collect()).unwrap();
+        for side in [19.0, 11.0] {
+            let over = one(at).position.map(|v| if v > 9.0 { (v - side, v) } else { (v, v + side) });
+            let range = blobs.interval(over.map(|(low, high)| Interval::new(low, high)));
+            assert!(range.is_bounded() && range.contains(weight) && range.contains(0.0), "{at}: {range:?}");
+        }
+    }
 }

@@ -3,6 +3,8 @@
 //! All are functions of q = r²/b², r being the distance and b the component's radius, and exactly 0 from
 //! q = 1 on. They fall with q in `f32` arithmetic too (the blobby up to its last bits), which the bounds use.
 
+use std::f32::consts::LN_2;
+
 /// How a component's part of the sum falls with the distance r from its centre. `b` is the component's
 /// radius, beyond which it adds nothing, `w` its weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -162,7 +164,7 @@ impl Profile for Blobby {
 
     #[inline(always)]
     fn slope(self, q: f32) -> f32 {
-        -(self.0 * std::f32::consts::LN_2) * self.value(q)
+        -(self.0 * LN_2) * self.value(q)
     }
 }
 
@@ -186,10 +188,10 @@ fn exp2(x: f32) -> f32 {
     let whole = (x + 0.5).floor();
     let f = x - whole;
     let p = 1.535_336_2e-4 * f + 1.339_887_4e-3;
-    let p = p * f + 9.618_438e-3;
+    let p = p * f + 9.618_437e-3;
     let p = p * f + 5.550_332_5e-2;
     let p = p * f + 0.240_226_48;
-    let p = p * f + std::f32::consts::LN_2;
+    let p = p * f + LN_2;
     let p = p * f + 1.0;
     p * f32::from_bits(((whole as i32 + 127) << 23) as u32)
 }

@@ -146,7 +146,8 @@ trait Take {
 #[inline(always)]
 fn each_chunk(from: From<'_>, points: Points<'_>, lists: &mut Lists, taker: &mut impl Take) {
     let [group_list, list] = lists;
-    let mut open: Vec<Range<usize>> = std::iter::once(0..points.x.len()).collect();
+    let mut open = Vec::with_capacity(12);
+    open.push(0..points.x.len());
     while let Some(range) = open.pop() {
         let around = corners(points, &range);
         if range.len() > 1 && is_wide(from, around) {
