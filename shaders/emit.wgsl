@@ -66,7 +66,9 @@ fn unit_or(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
     let known = m >= LEAST_GRADIENT && is_finite(bitcast<u32>(v.x)) && is_finite(bitcast<u32>(v.y)) && is_finite(bitcast<u32>(v.z));
     let w = select(fallback, v, known);
     let scaled = w / largest(w);
-    return scaled / sqrt((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z);
+    let unit = scaled / sqrt((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z);
+    // +0 for -0: drivers differ in what they make of a product with 0.
+    return select(unit, vec3<f32>(0.0), unit == vec3<f32>(0.0));
 }
 
 @compute @workgroup_size(LANES)

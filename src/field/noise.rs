@@ -4,10 +4,10 @@
 //! centre of a cube to its edges, chosen by a hash; in between the eight gradients of a cell, each a linear
 //! function, mixed by quintic weights. Twice differentiable, zero at the lattice points.
 
-/// Noise lies within ± this: the mix has no value above 1.0364 before [`SCALE`], whichever the gradients.
+/// Noise lies within ± this: the mix has no value above 1.0364 before `SCALE`, whichever the gradients.
 pub const NOISE_BOUND: f32 = 1.0;
 
-/// The length of its gradient is at most this, and so is its change per unit: 3.75 before [`SCALE`], in the
+/// The length of its gradient is at most this, and so is its change per unit: 3.75 before `SCALE`, in the
 /// centre of a cell, and the rest for what is only proven.
 pub const NOISE_SLOPE: f32 = 3.7;
 

@@ -7,7 +7,7 @@
 //! hang a GPU, and lavapipe ends it in silence after 65,535 iterations with a wrong value.
 //!
 //! Where the function can be written as an expression of the field graph ([`from_wgsl`]), that is what is
-//! evaluated, on both backends, with exact gradients and bounds. Else the rewritten text runs on the GPU
+//! evaluated, on both backends, with exact gradients and bounds; of a long one, on the CPU alone. Else the rewritten text runs on the GPU
 //! alone, and [`UserField::obstacle`] says why.
 
 mod rewrite;
@@ -24,6 +24,11 @@ use std::sync::Arc;
 /// Iterations that all loops of the function may make in one invocation of a kernel (which
 /// evaluates the function from three to a few dozen times).
 pub const MAX_ITERATIONS: u32 = 50_000;
+
+/// Operations up to which a GPU runs the expression, and of which it computes bounds. Drivers compile long
+/// straight code in a time that grows faster than its length: lavapipe minutes for 2,000 operations.
+const MOST_ON_GPU: usize = 1000;
+const MOST_INTERVALS: usize = 300;
 
 /// Bytes that a source may have, and the stack it is checked on.
 const MAX_SOURCE: usize = 1 << 20;
@@ -105,7 +110,7 @@ impl UserField {
             Ok(graph) => (Some(graph), None),
             Err(obstacle) => (None, Some(obstacle)),
         };
-        if graph.is_none() {
+        if graph.as_ref().is_none_or(|graph| graph.operations() > MOST_ON_GPU) {
             check_pointers(&module).map_err(|(span, message)| error(span, message))?;
         }
         count_loops(&mut module);
@@ -144,8 +149,10 @@ impl Field for UserField {
     }
 
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
-        if let Some(graph) = self.graph() {
-            return graph.wgsl();
+        if let Some(graph) = self.graph().filter(|graph| graph.operations() <= MOST_ON_GPU) {
+            let wgsl = graph.wgsl()?;
+            let interval = wgsl.interval.filter(|_| graph.operations() <= MOST_INTERVALS);
+            return Ok(Wgsl { interval, ..wgsl });
         }
         Ok(Wgsl {
             value: self.rewritten.clone(),

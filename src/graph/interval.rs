@@ -3,7 +3,7 @@
 //! An interval is one of two things. Either both ends are smaller than [`UNBOUNDED`] in magnitude: then
 //! every value that the field's own `f32` arithmetic can give for points of the box is finite and lies
 //! between them, whether or not a driver contracts `a * b + c` or flushes denormals. Or it is
-//! [`ALL`]: nothing is known, and NaN and infinities may occur. Bounds are widened by [`STEP`] of
+//! [`ALL`]: nothing is known, and NaN and infinities may occur. Bounds are widened by `STEP` of
 //! themselves after each rounding operation, which is more than these differ by. Moore 1966; its use on
 //! implicit surfaces: Duff 1992.
 

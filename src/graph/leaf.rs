@@ -61,6 +61,19 @@ pub struct LeafWgsl {
     pub interval: String,
 }
 
+impl LeafWgsl {
+    /// From a text in which `LEAF` stands for the name, and lines `//:` part what all need, the value, the
+    /// gradient and the interval.
+    pub(super) fn from_template(text: &str, name: &str) -> Self {
+        let text = text.replace("LEAF", name);
+        let mut parts = text.split("//:\n");
+        let mut part = || parts.next().unwrap_or_default();
+        let shared = part();
+        let [value, gradient, interval] = [part(), part(), part()].map(|part| format!("{shared}{part}"));
+        Self { value, gradient, interval }
+    }
+}
+
 /// Of a leaf that is all of a field: its gradients at points.
 pub(super) fn gradients_alone(leaf: &dyn Leaf, points: Points<'_>, out: &mut [[f32; 3]]) {
     for (chunk, out) in out.chunks_mut(LANES).enumerate() {

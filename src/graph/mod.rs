@@ -19,6 +19,7 @@ mod noise;
 pub mod ops;
 pub mod shapes;
 pub mod tape;
+pub mod volume;
 pub mod wgsl;
 
 pub use expr::{Expr, x, y, z};

@@ -101,7 +101,6 @@ impl Writer<'_> {
             match *slope {
                 "0.0" => {}
                 "1.0" => terms.push(derivative),
-                "-1.0" => terms.push(format!("(-{derivative})")),
                 slope => {
                     let slope = fill(slope, &a, &b, &format!("v{n}"));
                     terms.push(format!("iso_term({slope}, {derivative})"));

@@ -173,8 +173,8 @@ fn targets() {
 #[test]
 fn no_adapter() {
     let here = folder();
-    let good = "fn density(p: vec3<f32>) -> f32 { return p.x; }\n";
-    std::fs::write(here.path().join("a.wgsl"), good).expect("a file");
+    let open = "fn density(p: vec3<f32>) -> f32 { var s = p.x; while s < 0.0 { s += 1.0; } return s; }\n";
+    std::fs::write(here.path().join("a.wgsl"), open).expect("a file");
     // Whether the CPU could do it.
     let runs = [
         (vec!["extract", "sphere", "-n", "8", "-o", "a.ply", "--backend", "gpu"], true),

@@ -525,3 +525,26 @@ fn pointers_to_parts() {
     let error = found.expect_err("no driver takes it");
     assert!(error.line == 3 && error.message.contains("`var` of its own"), "{error}");
 }
+
+/// Long expressions are for the CPU: drivers would compile them for minutes.
+#[test]
+fn long_functions_run_as_written_on_a_gpu() {
+    let long = |n: u32| {
+        let body =
+            "var t = 0.0; for (var i = 0; i < COUNT; i++) { t += abs(p.x * f32(i) - p.y) * 0.01; } return t;";
+        field(&density(&body.replace("COUNT", &n.to_string())))
+    };
+    let [short, middle, long] = [20, 150, 1500].map(long);
+    for field in [&short, &middle, &long] {
+        assert!(field.graph().is_some() && field.obstacle().is_none());
+    }
+    let [short, middle, text] = [&short, &middle, &long].map(|f| f.wgsl().expect("a GPU form"));
+    assert!(short.gradient.is_some() && short.interval.is_some());
+    assert!(middle.gradient.is_some() && middle.interval.is_none());
+    assert!(text.gradient.is_none() && text.interval.is_none() && text.counts_loops);
+    let Some(gpu) = common::gpu() else { return };
+    let points = [[0.5, 1.0, 0.0], [-0.25, 0.75, 2.0]];
+    for (p, value) in points.iter().zip(on_gpu::values(gpu, &long, &points)) {
+        assert!(close(at(&long, *p).into(), value.into()), "{value}");
+    }
+}

@@ -176,7 +176,7 @@ impl Profile for InverseSquare {
     #[inline(always)]
     fn slope(self, q: f32) -> f32 {
         let value = 1.0 / q;
-        if q < 1.0 && q >= CORE { -value * value } else { 0.0 }
+        if (CORE..1.0).contains(&q) { -value * value } else { 0.0 }
     }
 }
 
@@ -186,10 +186,10 @@ fn exp2(x: f32) -> f32 {
     let whole = (x + 0.5).floor();
     let f = x - whole;
     let p = 1.535_336_2e-4 * f + 1.339_887_4e-3;
-    let p = p * f + 9.618_437_4e-3;
+    let p = p * f + 9.618_438e-3;
     let p = p * f + 5.550_332_5e-2;
     let p = p * f + 0.240_226_48;
-    let p = p * f + 0.693_147_2;
+    let p = p * f + std::f32::consts::LN_2;
     let p = p * f + 1.0;
     p * f32::from_bits(((whole as i32 + 127) << 23) as u32)
 }

@@ -1,7 +1,7 @@
 //! Sums of many components of finite support: blobs, metaballs, soft objects, molecules, fluids.
 //!
 //! [`Blobs`] is one [`Leaf`] of any number of [`Component`]s, which never become operations: a sum at a
-//! point takes only those whose support may reach it ([`grid`]), so the cost follows the components and the
+//! point takes only those whose support may reach it (`grid`), so the cost follows the components and the
 //! surface. [`skeleton`] has blobs around segments, lines and tori, as expressions.
 
 mod bounds;
@@ -167,7 +167,7 @@ fn store(kernel: Kernel, index: usize, component: &Component) -> Result<Stored, 
     if !position.iter().all(|c| c.abs() <= LARGEST) {
         return Err(BlobsError::Position { index, position });
     }
-    if !(radius >= 1.0 / LARGEST && radius <= LARGEST) {
+    if !(1.0 / LARGEST..=LARGEST).contains(&radius) {
         return Err(BlobsError::Radius { index, radius });
     }
     let inverse_square = (1.0 / (f64::from(radius) * f64::from(radius))) as f32;
@@ -218,16 +218,7 @@ impl Leaf for Blobs {
             self.kernel.number(),
             self.kernel.falloff()
         );
-        let text = format!("{head}{WGSL}").replace("LEAF", name);
-        // The parts begin at marks: what all need, values, gradients, bounds.
-        let mut parts = text.split("//:\n").map(str::to_owned);
-        let mut part = || parts.next().unwrap_or_default();
-        let [shared, value, gradient, interval] = [part(), part(), part(), part()];
-        LeafWgsl {
-            value: shared.clone() + &value,
-            gradient: shared.clone() + &gradient,
-            interval: shared + &interval,
-        }
+        LeafWgsl::from_template(&(head + WGSL), name)
     }
 
     fn data(&self) -> Vec<u32> {

@@ -10,7 +10,7 @@ use std::cell::RefCell;
 use std::ops::Range;
 
 /// Points that are looked at together.
-const CHUNK: usize = 64;
+const CHUNK: usize = 32;
 /// Points whose sums are kept in registers.
 const LANES: usize = 16;
 /// Cells above which points are looked at apart.
@@ -51,12 +51,13 @@ impl Few {
 /// same operations give at least this: rounding keeps the order.
 #[inline(always)]
 pub(super) fn nearest(component: &Stored, low: [f32; 3], high: [f32; 3], part: f32) -> f32 {
-    let away = |k: usize| {
+    let mut d = [0.0; 3];
+    for k in 0..3 {
         let (below, above) = (low[k] - component[k], component[k] - high[k]);
-        let d = if below > above { below } else { above };
-        if d > 0.0 { d } else { 0.0 }
-    };
-    let [dx, dy, dz] = [away(0), away(1), away(2)];
+        let away = if below > above { below } else { above };
+        d[k] = if away > 0.0 { away } else { 0.0 };
+    }
+    let [dx, dy, dz] = d;
     ((dx * dx + dy * dy + dz * dz) * part) * component[3]
 }
 
@@ -95,30 +96,37 @@ fn is_wide(from: From<'_>, [low, high]: Corners) -> bool {
     })
 }
 
-/// Puts the components that reach the box into `into`, in order.
+/// Puts the components that reach the box into `into`, in order; it holds more than the ones it gives.
 #[inline(always)]
-fn gather(from: From<'_>, [low, high]: Corners, into: &mut Vec<Stored>) {
-    into.clear();
-    let mut look = |run: &[Stored]| {
-        // Room for all, then only those that reach it move the end: no branch is guessed wrongly.
-        let mut end = into.len();
-        into.resize(end + run.len(), [0.0; 5]);
-        for component in run {
-            into[end] = *component;
-            end += usize::from(nearest(component, low, high, 1.0) < 1.0);
-        }
-        into.truncate(end);
-    };
+fn gather<'a>(from: From<'_>, around: Corners, into: &'a mut Vec<Stored>) -> &'a [Stored] {
+    let mut end = 0;
     match from {
-        From::List(components) => look(components),
+        From::List(components) => end = gather_run(components, around, into, end),
         From::Grids(grids, components) => {
             for grid in grids {
-                if let Some(cells) = grid.cells(low, high) {
-                    grid.runs(cells).for_each(|run| look(&components[run]));
+                if let Some(cells) = grid.cells(around[0], around[1]) {
+                    for run in grid.runs(cells) {
+                        end = gather_run(&components[run], around, into, end);
+                    }
                 }
             }
         }
     }
+    &into[..end]
+}
+
+/// Puts those of a run behind `end`, and gives the new end.
+#[inline(always)]
+fn gather_run(run: &[Stored], [low, high]: Corners, into: &mut Vec<Stored>, mut end: usize) -> usize {
+    if into.len() < end + run.len() {
+        into.resize(2 * (end + run.len()), [0.0; 5]);
+    }
+    // Each is written, but only one that reaches the box moves the end: no branch is guessed wrongly.
+    for component in run {
+        into[end] = *component;
+        end += usize::from(nearest(component, low, high, 1.0) < 1.0);
+    }
+    end
 }
 
 /// Lists that are made anew for each group of points, and of those for each chunk.
@@ -128,16 +136,17 @@ thread_local! {
     static LISTS: RefCell<Lists> = const { RefCell::new([const { Vec::new() }; 2]) };
 }
 
-/// Hands on chunks of points, with the components that reach them.
+/// Takes chunks of points with the components that reach them. No closure: those are compiled for the oldest
+/// processors, whatever the function around them is compiled for.
+trait Take {
+    fn take(&mut self, components: &[Stored], chunk: Range<usize>);
+}
+
+/// Hands on the chunks of all points.
 #[inline(always)]
-fn each_chunk(
-    from: From<'_>,
-    points: Points<'_>,
-    lists: &mut Lists,
-    mut take: impl FnMut(&[Stored], Range<usize>),
-) {
+fn each_chunk(from: From<'_>, points: Points<'_>, lists: &mut Lists, taker: &mut impl Take) {
     let [group_list, list] = lists;
-    let mut open = vec![0..points.x.len()];
+    let mut open: Vec<Range<usize>> = std::iter::once(0..points.x.len()).collect();
     while let Some(range) = open.pop() {
         let around = corners(points, &range);
         if range.len() > 1 && is_wide(from, around) {
@@ -145,15 +154,15 @@ fn each_chunk(
             open.extend([middle..range.end, range.start..middle]);
             continue;
         }
-        gather(from, around, group_list);
+        let group = gather(from, around, group_list);
         if range.len() <= CHUNK {
-            take(group_list, range);
+            taker.take(group, range);
             continue;
         }
         for start in range.clone().step_by(CHUNK) {
             let chunk = start..(start + CHUNK).min(range.end);
-            gather(From::List(group_list), corners(points, &chunk), list);
-            take(list, chunk);
+            let around = corners(points, &chunk);
+            taker.take(gather(From::List(group), around, list), chunk);
         }
     }
 }
@@ -168,14 +177,25 @@ fn values(kernel: Kernel, from: From<'_>, at: Points<'_>, lists: &mut Lists, out
     }
 }
 
-#[inline(always)]
-fn values_of(profile: impl Profile, from: From<'_>, at: Points<'_>, lists: &mut Lists, out: &mut [f32]) {
-    each_chunk(from, at, lists, |components, chunk| {
+struct Values<'a, P> {
+    profile: P,
+    at: Points<'a>,
+    out: &'a mut [f32],
+}
+
+impl<P: Profile> Take for Values<'_, P> {
+    #[inline(always)]
+    fn take(&mut self, components: &[Stored], chunk: Range<usize>) {
         for start in chunk.clone().step_by(LANES) {
             let own = start..(start + LANES).min(chunk.end);
-            add(profile, components, lanes(at, &own), &mut out[own]);
+            add(self.profile, components, lanes(self.at, &own), &mut self.out[own]);
         }
-    });
+    }
+}
+
+#[inline(always)]
+fn values_of(profile: impl Profile, from: From<'_>, at: Points<'_>, lists: &mut Lists, out: &mut [f32]) {
+    each_chunk(from, at, lists, &mut Values { profile, at, out });
 }
 
 /// Coordinates of up to [`LANES`] points; what is left repeats the last.
@@ -217,6 +237,26 @@ fn gradients(kernel: Kernel, from: From<'_>, at: Points<'_>, lists: &mut Lists, 
     }
 }
 
+struct Gradients<'a, P> {
+    profile: P,
+    at: Points<'a>,
+    out: DualSlices<'a>,
+}
+
+impl<P: Profile> Take for Gradients<'_, P> {
+    #[inline(always)]
+    fn take(&mut self, components: &[Stored], chunk: Range<usize>) {
+        let DualSlices { value, derivatives: [by_x, by_y, by_z] } = &mut self.out;
+        for start in chunk.clone().step_by(LANES) {
+            let own = start..(start + LANES).min(chunk.end);
+            let sums = add_gradients(self.profile, components, lanes(self.at, &own));
+            for (out, sum) in [&mut *value, &mut *by_x, &mut *by_y, &mut *by_z].into_iter().zip(&sums) {
+                out[own.clone()].copy_from_slice(&sum[..own.len()]);
+            }
+        }
+    }
+}
+
 #[inline(always)]
 fn gradients_of(
     profile: impl Profile,
@@ -225,16 +265,7 @@ fn gradients_of(
     lists: &mut Lists,
     out: DualSlices<'_>,
 ) {
-    let DualSlices { value, derivatives: [by_x, by_y, by_z] } = out;
-    each_chunk(from, at, lists, |components, chunk| {
-        for start in chunk.clone().step_by(LANES) {
-            let own = start..(start + LANES).min(chunk.end);
-            let sums = add_gradients(profile, components, lanes(at, &own));
-            for (out, sum) in [&mut *value, &mut *by_x, &mut *by_y, &mut *by_z].into_iter().zip(&sums) {
-                out[own.clone()].copy_from_slice(&sum[..own.len()]);
-            }
-        }
-    });
+    each_chunk(from, at, lists, &mut Gradients { profile, at, out });
 }
 
 #[inline(always)]
@@ -252,10 +283,9 @@ fn add_gradients(
             sum[i] += weight * profile.value(q);
             // An infinite distance has no direction.
             let slope = if q < 1.0 { (weight * profile.slope(q)) * twice } else { 0.0 };
-            let [dx, dy, dz] = [dx, dy, dz].map(|d| if q < 1.0 { d } else { 0.0 });
-            by_x[i] += slope * dx;
-            by_y[i] += slope * dy;
-            by_z[i] += slope * dz;
+            by_x[i] += slope * if q < 1.0 { dx } else { 0.0 };
+            by_y[i] += slope * if q < 1.0 { dy } else { 0.0 };
+            by_z[i] += slope * if q < 1.0 { dz } else { 0.0 };
         }
     }
     [sum, by_x, by_y, by_z]

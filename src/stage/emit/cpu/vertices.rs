@@ -49,7 +49,8 @@ pub fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
     let known = largest(v) >= LEAST_GRADIENT && v.is_finite();
     let w = if known { v } else { fallback };
     let scaled = w / largest(w);
-    scaled / ((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z).sqrt()
+    // Plus 0: −0 becomes +0.
+    scaled / ((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z).sqrt() + Vec3::ZERO
 }
 
 /// Crossed edges of a brick, as many as [`LANES`], and their vertices.
@@ -136,7 +137,9 @@ impl Crossings {
             let most = larger(x[i].abs(), larger(y[i].abs(), z[i].abs()));
             let [sx, sy, sz] = [x[i] / most, y[i] / most, z[i] / most];
             let length = ((sx * sx + sy * sy) + sz * sz).sqrt();
-            [normals[0][i], normals[1][i], normals[2][i]] = [sx / length, sy / length, sz / length];
+            // Plus 0: −0 becomes +0.
+            [normals[0][i], normals[1][i], normals[2][i]] =
+                [sx / length + 0.0, sy / length + 0.0, sz / length + 0.0];
         }
         for i in 0..LANES {
             let finite =
