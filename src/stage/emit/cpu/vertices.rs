@@ -334,9 +334,7 @@ fn field_vertices(
         let mut vectors = [[0.0; LANES]; 3];
         for (k, vector) in vectors.iter_mut().enumerate() {
             for i in 0..LANES {
-                // +0 for −0, as the shader.
-                let v = gradients[i][k] * params.outward_sign;
-                vector[i] = if v == 0.0 { 0.0 } else { v };
+                vector[i] = gradients[i][k] * params.outward_sign;
             }
         }
         batch.write(params, inside, &vectors, vertices);
