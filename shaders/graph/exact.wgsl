@@ -15,13 +15,6 @@ fn iso_term(slope: f32, derivative: vec3<f32>) -> vec3<f32> {
     return select(vec3<f32>(iso_exact(d.x), iso_exact(d.y), iso_exact(d.z)), vec3<f32>(0.0), nothing);
 }
 
-// A gradient with +0 for −0: a driver that leaves out `0 + v` gets another zero than one that does not.
-fn iso_unsigned_zeros(gradient: vec3<f32>) -> vec3<f32> {
-    let bits = bitcast<vec3<u32>>(gradient);
-    let zero = (bits << vec3<u32>(1u)) == vec3<u32>(0u);
-    return bitcast<vec3<f32>>(select(bits, vec3<u32>(0u), zero));
-}
-
 const AXIS_X = vec3<f32>(1.0, 0.0, 0.0);
 const AXIS_Y = vec3<f32>(0.0, 1.0, 0.0);
 const AXIS_Z = vec3<f32>(0.0, 0.0, 1.0);

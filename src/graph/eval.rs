@@ -213,17 +213,11 @@ fn run_gradients(
         }
         for (i, out) in out.iter_mut().enumerate() {
             *out = match code.root {
-                Operand::Value(r) => [1, 2, 3].map(|k| unsigned_zero(registers[r as usize][k][i])),
+                Operand::Value(r) => [1, 2, 3].map(|k| registers[r as usize][k][i]),
                 _ => [0.0; 3],
             };
         }
     }
-}
-
-/// `v`, but +0 for −0: a driver that leaves out `0 + v` gets another zero than one that does not.
-#[inline(always)]
-fn unsigned_zero(v: f32) -> f32 {
-    if v == 0.0 { 0.0 } else { v }
 }
 
 /// A part of a derivative: 0 where either is 0, also where the other is infinite or NaN. So a branch that is not

@@ -182,7 +182,7 @@ pub fn write(program: &Program) -> Texts {
             writer.value(root)
         ),
         gradient: format!(
-            "{leaf_gradients}fn density_gradient(p: vec3<f32>) -> vec3<f32> {{\n{gradient}    return iso_unsigned_zeros({});\n}}\n",
+            "{leaf_gradients}fn density_gradient(p: vec3<f32>) -> vec3<f32> {{\n{gradient}    return {};\n}}\n",
             writer.gradient(root)
         ),
         interval: format!(
