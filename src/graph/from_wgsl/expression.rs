@@ -1,7 +1,8 @@
 //! Expressions of naga's representation.
 
 use super::super::Expr;
-use super::run::{Frame, Lowering, State};
+use super::run::{Frame, Lowering};
+use super::state::State;
 use super::truth::Truth;
 use super::value::{Float, Place, Scalar, Value, Whole};
 use super::{Found, What, arithmetic, math};

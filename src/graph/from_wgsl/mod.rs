@@ -11,6 +11,7 @@ mod arithmetic;
 mod expression;
 mod math;
 mod run;
+mod state;
 mod truth;
 mod value;
 

@@ -1,10 +1,9 @@
 //! Statements: what they do to the variables, on all ways through the function at once.
 //!
-//! A condition that varies forks the state and joins both by a choice. Ways that leave early are kept
-//! aside: what is returned in [`State::result`], a loop's ways out in [`Exit`]s; what the rest of the block
-//! does on those ways does not count.
+//! A condition that varies forks the [`State`] and joins both by a choice.
 
 use super::expression::store;
+use super::state::State;
 use super::truth::Truth;
 use super::value::{Scalar, Value};
 use super::{Found, MOST_OPERATIONS, MOST_STEPS, Stop, What};
@@ -12,29 +11,6 @@ use naga::{Block, Expression, Function, Handle, Module, Span, Statement, SwitchV
 use std::cell::Cell;
 use std::collections::HashMap;
 use std::rc::Rc;
-
-/// What can still happen, and to which variables.
-#[derive(Clone)]
-pub struct State {
-    /// The variables of all functions that are being called.
-    pub slots: Vec<Value>,
-    /// Where the function still runs.
-    live: Truth,
-    /// What was returned where it was.
-    result: Option<Value>,
-    /// The ways that left the loop or `switch`, and those that go on to the next iteration.
-    broken: Option<Exit>,
-    continued: Option<Exit>,
-    /// Operations so far, on all ways.
-    made: Rc<Cell<usize>>,
-}
-
-/// Where something was left, and the variables there.
-#[derive(Clone)]
-struct Exit {
-    taken: Truth,
-    slots: Vec<Value>,
-}
 
 /// A call.
 pub struct Frame<'a> {
@@ -60,82 +36,6 @@ type Done<T> = Result<T, Stop>;
 
 fn at<T>(found: Found<T>, span: Span) -> Done<T> {
     found.map_err(|what| Stop { what, span })
-}
-
-fn choose_all(truth: &Truth, yes: &[Value], no: &[Value], made: &Cell<usize>) -> Vec<Value> {
-    yes.iter().zip(no).map(|(yes, no)| Value::choose(truth, yes, no, made)).collect()
-}
-
-impl State {
-    fn new(slots: Vec<Value>, made: Rc<Cell<usize>>) -> Self {
-        Self { slots, live: Truth::Known(true), result: None, broken: None, continued: None, made }
-    }
-
-    fn is_dead(&self) -> bool {
-        self.live.known() == Some(false)
-    }
-
-    /// An exit with the live ways where `taken` holds added.
-    fn with_exit(&self, exit: Option<Exit>, taken: &Truth) -> Option<Exit> {
-        let own = self.live.and(taken);
-        Some(match exit {
-            None => Exit { taken: own, slots: self.slots.clone() },
-            Some(exit) => Exit {
-                slots: choose_all(&own, &self.slots, &exit.slots, &self.made),
-                taken: exit.taken.or(&own),
-            },
-        })
-    }
-
-    /// Leaves the loop or `switch` where `taken` holds.
-    fn leave(&mut self, taken: &Truth) {
-        if taken.known() == Some(false) {
-            return;
-        }
-        let exit = self.broken.take();
-        self.broken = self.with_exit(exit, taken);
-        self.live = self.live.and(&taken.not());
-    }
-
-    /// Goes on with the ways of `exit`, too.
-    fn rejoin(&mut self, exit: Option<Exit>) {
-        let Some(exit) = exit else { return };
-        self.slots = if self.is_dead() {
-            exit.slots
-        } else {
-            choose_all(&exit.taken, &exit.slots, &self.slots, &self.made)
-        };
-        self.live = self.live.or(&exit.taken);
-    }
-
-    /// Both ways of a condition together.
-    fn join(truth: &Truth, yes: Self, no: Self) -> Self {
-        let made = yes.made.clone();
-        let both = |yes: Option<Exit>, no: Option<Exit>| match (yes, no) {
-            (Some(yes), Some(no)) => Some(Exit {
-                taken: truth.choose(&yes.taken, &no.taken),
-                slots: choose_all(truth, &yes.slots, &no.slots, &made),
-            }),
-            (Some(yes), None) => Some(Exit { taken: truth.and(&yes.taken), ..yes }),
-            (None, Some(no)) => Some(Exit { taken: truth.not().and(&no.taken), ..no }),
-            (None, None) => None,
-        };
-        Self {
-            live: truth.choose(&yes.live, &no.live),
-            slots: match (yes.is_dead(), no.is_dead()) {
-                (true, _) => no.slots,
-                (_, true) => yes.slots,
-                _ => choose_all(truth, &yes.slots, &no.slots, &made),
-            },
-            result: match (yes.result, no.result) {
-                (Some(yes), Some(no)) => Some(Value::choose(truth, &yes, &no, &made)),
-                (yes, no) => yes.or(no),
-            },
-            broken: both(yes.broken, no.broken),
-            continued: both(yes.continued, no.continued),
-            made: made.clone(),
-        }
-    }
 }
 
 impl<'a> Lowering<'a> {
