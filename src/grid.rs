@@ -29,7 +29,7 @@ pub enum GridError {
         cells: u64,
     },
     /// Origin, corner or spacing is NaN or infinite.
-    #[error("the grid's {what} is not finite: give ordinary numbers")]
+    #[error("the grid's {what} must be finite: give ordinary numbers")]
     NotFinite {
         /// Which quantity.
         what: &'static str,

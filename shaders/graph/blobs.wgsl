@@ -17,19 +17,6 @@ fn LEAF_rest(q: f32) -> f32 {
     return select(0.0, 1.0 - q, q < 1.0);
 }
 
-// 2 to the power of x, from −126 to 0.
-fn LEAF_exp2(x: f32) -> f32 {
-    let whole = floor(x + 0.5);
-    let f = x - whole;
-    var p = 1.5353362e-4 * f + 1.3398874e-3;
-    p = p * f + 9.618437e-3;
-    p = p * f + 5.5503325e-2;
-    p = p * f + 0.24022648;
-    p = p * f + 0.6931472;
-    p = p * f + 1.0;
-    return p * bitcast<f32>(u32(i32(whole) + 127) << 23u);
-}
-
 // The kernel at q = r²/b².
 fn LEAF_kernel(q: f32) -> f32 {
     switch LEAF_KERNEL {
@@ -43,7 +30,7 @@ fn LEAF_kernel(q: f32) -> f32 {
             return select((1.5 * u) * u, 1.0 - 3.0 * q, q < 0.11111111);
         }
         case 2u: {
-            return select(0.0, LEAF_exp2(-LEAF_FALLOFF * select(1.0, q, q < 1.0)), q < 1.0);
+            return select(0.0, iso_exp2(-LEAF_FALLOFF * select(1.0, q, q < 1.0)), q < 1.0);
         }
         default: {
             return select(0.0, 1.0 / select(q, 0x1p-20f, q < 0x1p-20f), q < 1.0);

@@ -133,11 +133,13 @@ fn iv_in_turns(a: vec2<f32>) -> vec2<f32> {
 
 fn iv_pow(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
     let known = iv_bounded(a) && iv_bounded(b) && (a.x > 1e-30f || (a.x >= 0.0 && b.x > 0.0));
-    let p = iso_pow(a.x, b.x);
-    let q = iso_pow(a.x, b.y);
-    let r = iso_pow(a.y, b.x);
-    let s = iso_pow(a.y, b.y);
-    return iv_grown(vec2<f32>(min(min(p, q), min(r, s)), max(max(p, q), max(r, s))), known, 1e-4f, 0.0);
+    // A loop, since drivers are slow at compiling a power four times.
+    var ends = vec2<f32>(UNBOUNDED, -UNBOUNDED);
+    for (var corner = 0u; corner < 4u; corner++) {
+        let v = iso_pow(select(a.x, a.y, (corner & 1u) == 1u), select(b.x, b.y, corner > 1u));
+        ends = vec2<f32>(min(ends.x, v), max(ends.y, v));
+    }
+    return iv_grown(ends, known, 1e-4f, 0.0);
 }
 
 fn iv_atan2(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {

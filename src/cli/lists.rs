@@ -55,6 +55,8 @@ pub fn fields() -> Result<(), Failure> {
             say(format_args!("    --param {}={}  {}{least}", p.name, p.default, p.meaning));
         }
     }
-    say("\nBeside these: a .wgsl file with `fn density(p: vec3<f32>) -> f32`, and volumes.");
+    say(
+        "\nBeside these: a formula in x, y, z, a .wgsl file with `fn density(p: vec3<f32>) -> f32`, volumes, and points.",
+    );
     Ok(())
 }

@@ -89,6 +89,18 @@ fn sign(a: f32) -> f32 {
     }
 }
 
+/// The derivative of v = aᵇ by a, without a second power.
+#[inline(always)]
+fn pow_slope(a: f32, b: f32, v: f32) -> f32 {
+    if a != 0.0 {
+        b * v / a
+    } else if b >= 1.0 {
+        if b == 1.0 { 1.0 } else { 0.0 }
+    } else {
+        1.0 / a
+    }
+}
+
 const TAU: f32 = std::f32::consts::TAU;
 
 operations! { Unary, VisitUnary, fn(f64) -> f64, (a), (a);
@@ -263,9 +275,9 @@ operations! { Binary, VisitBinary, fn(f64, f64) -> f64, (a, b), (a, b);
     /// aᵇ; NaN for negative a unless b is whole
     Pow {
         fold: f64::powf, value: pow,
-        slopes: [|a: f32, b: f32, _: f32| b * pow(a, b - 1.0), |a: f32, _: f32, v: f32| v * ln(a)],
+        slopes: [pow_slope, |a: f32, _: f32, v: f32| v * ln(a)],
         interval: iv::pow,
-        wgsl: "iso_pow(A, B)", ["B * iso_pow(A, B - 1.0)", "V * iso_ln(A)"], "iv_pow(A, B)",
+        wgsl: "iso_pow(A, B)", ["select(B * V / A, select(1.0 / A, f32(B == 1.0), B >= 1.0), A == 0.0)", "V * iso_ln(A)"], "iv_pow(A, B)",
     }
     /// The angle of the point (b, a), in radians from −π to π
     Atan2 {

@@ -73,7 +73,7 @@ impl Writer<'_> {
     }
 
     fn gradient_text(&self, n: usize, i: &Instruction) -> String {
-        let [a, b, c] = i.operands.map(|o| self.value(o));
+        let [a, b, _] = i.operands.map(|o| self.value(o));
         let slopes = match i.op {
             Op::Unary(op) => op.wgsl().slopes,
             Op::Binary(op) => op.wgsl().slopes,
@@ -107,7 +107,6 @@ impl Writer<'_> {
                 }
             }
         }
-        let _ = c;
         if terms.is_empty() { "vec3<f32>(0.0)".into() } else { terms.join(" + ") }
     }
 

@@ -3,6 +3,7 @@
 //! All are functions of q = r²/b², r being the distance and b the component's radius, and exactly 0 from
 //! q = 1 on. They fall with q in `f32` arithmetic too (the blobby up to its last bits), which the bounds use.
 
+use crate::field::functions::exp2;
 use std::f32::consts::LN_2;
 
 /// How a component's part of the sum falls with the distance r from its centre. `b` is the component's
@@ -182,32 +183,9 @@ impl Profile for InverseSquare {
     }
 }
 
-/// 2 to the power of x, from −126 to 0, with a relative error of 2e-7.
-#[inline(always)]
-fn exp2(x: f32) -> f32 {
-    let whole = (x + 0.5).floor();
-    let f = x - whole;
-    let p = 1.535_336_2e-4 * f + 1.339_887_4e-3;
-    let p = p * f + 9.618_437e-3;
-    let p = p * f + 5.550_332_5e-2;
-    let p = p * f + 0.240_226_48;
-    let p = p * f + LN_2;
-    let p = p * f + 1.0;
-    p * f32::from_bits(((whole as i32 + 127) << 23) as u32)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn powers_of_two() {
-        for i in 0..=12600 {
-            let x = -i as f32 / 100.0;
-            let exact = f64::from(x).exp2();
-            assert!((f64::from(exp2(x)) / exact - 1.0).abs() < 2.5e-7, "{x}");
-        }
-    }
 
     #[test]
     fn reaches() {
