@@ -55,6 +55,7 @@ pub mod graph;
 pub mod grid;
 pub mod mesh;
 pub mod render;
+pub mod scene;
 pub mod stage;
 pub mod table;
 pub mod volume;

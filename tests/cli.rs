@@ -10,5 +10,7 @@ mod other;
 mod points;
 #[path = "cli/program.rs"]
 mod program;
+#[path = "cli/scenes.rs"]
+mod scenes;
 #[path = "cli/targets.rs"]
 mod targets;

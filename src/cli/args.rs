@@ -27,6 +27,8 @@ pub enum Command {
     Info,
     /// List the named fields with their formulas and parameters
     Fields,
+    /// List the kinds of nodes of scene files with their keys
+    Nodes,
     /// Draw every named field into one PNG
     Gallery(GalleryArgs),
     /// Run GPU and CPU stage by stage and tell what agrees; exit 1 if something does not
@@ -39,7 +41,7 @@ pub enum Command {
 #[derive(Debug, Args)]
 pub struct SourceArgs {
     /// A field's name (see `isoforge fields`), a formula like 'sqrt(x^2 + y^2 + z^2) - r',
-    /// a .wgsl file with `fn density(p: vec3<f32>) -> f32`,
+    /// a .wgsl file with `fn density(p: vec3<f32>) -> f32`, a scene: .toml (see `isoforge nodes`),
     /// a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr .raw .bin, or a molecule or other points, which become
     /// blobs: .pdb .xyz .csv (also .gz) .ply
     pub source: String,
@@ -48,12 +50,12 @@ pub struct SourceArgs {
     #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
     pub iso: Option<f32>,
 
-    /// Cells along each axis of a field's grid: one number, or x,y,z [default: 128; of points one number is for
+    /// Cells along each axis of a field's grid: one number, or x,y,z [default: the scene's, or 128; of points one number is for
     /// the longest axis]
     #[arg(short = 'n', long, value_name = "N", value_parser = cells, allow_hyphen_values = true)]
     pub cells: Option<[u32; 3]>,
 
-    /// Mesh a field in the cube from -L to L [default: the field's own, or 1.5]
+    /// Mesh a field in the cube from -L to L [default: the field's or the scene's own, or 1.5]
     #[arg(short = 'L', long, value_name = "L", allow_negative_numbers = true, conflicts_with = "bounds")]
     pub half_edge: Option<f32>,
 
@@ -61,7 +63,7 @@ pub struct SourceArgs {
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = bounds, allow_hyphen_values = true)]
     pub bounds: Option<[Vec3; 2]>,
 
-    /// A named field's or a formula's parameter, as in `--param R=0.8`; may be repeated
+    /// A named field's, a formula's or a scene's parameter, as in `--param R=0.8`; may be repeated
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parameter)]
     pub parameters: Vec<(String, f64)>,
 
@@ -202,17 +204,17 @@ pub struct RunArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureArgs {
-    /// Degrees around the z axis; 0 looks from +x, 90 from +y
-    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, allow_negative_numbers = true)]
-    pub azimuth: f32,
+    /// Degrees around the z axis; 0 looks from +x, 90 from +y [default: the scene's, or 30]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    pub azimuth: Option<f32>,
 
-    /// Degrees above the xy plane
-    #[arg(long, value_name = "DEGREES", default_value_t = 25.0, allow_negative_numbers = true)]
-    pub elevation: f32,
+    /// Degrees above the xy plane [default: the scene's, or 25]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    pub elevation: Option<f32>,
 
-    /// Vertical opening angle in degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 35.0)]
-    pub fov: f32,
+    /// Vertical opening angle in degrees [default: the scene's, or 35]
+    #[arg(long, value_name = "DEGREES")]
+    pub fov: Option<f32>,
 
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1024x768")]

@@ -2,8 +2,8 @@
 
 use super::Failure;
 use super::args::{KernelArg, SourceArgs};
-use super::source::{CELLS, Loaded};
-use crate::components::{self, Component, OpenError, OpenOptions};
+use super::source::{CELLS, Loaded, even_cells};
+use crate::components::{self, OpenError, OpenOptions};
 use crate::field::Sense;
 use crate::graph::GraphField;
 use crate::graph::blobs::{BLOBBY, Blobs, Kernel};
@@ -13,8 +13,6 @@ use std::path::Path;
 
 /// The iso value unless the user says.
 const ISO: f32 = 0.5;
-/// How far the inverse square reaches, in radii, unless the user says.
-const SUPPORT: f32 = 3.0;
 
 /// Reads the points of `path`; the second value is remarks.
 pub(super) fn load_components(
@@ -48,15 +46,8 @@ pub(super) fn load_components(
         OpenError::Radius { .. } => Failure::usage(format!("--radius: {error}")),
         _ => Failure::run(error),
     })?;
-    let mut points = loaded.components;
-    let of_radius =
-        |c: &Component| if kernel == Kernel::InverseSquare { iso * c.radius * c.radius } else { 1.0 };
-    for point in &mut points {
-        point.weight *= of_radius(point);
-        point.radius *= support;
-    }
-    let blobs =
-        Blobs::new(kernel, points).map_err(|error| Failure::run(format!("{}: {error}", path.display())))?;
+    let blobs = Blobs::of_points(kernel, loaded.components, iso, support)
+        .map_err(|error| Failure::run(format!("{}: {error}", path.display())))?;
     let grid = grid(args, blobs.support())?;
     let field = GraphField::new(&blobs.expr(), Sense::Above);
     Ok((Loaded::Field { field: Box::new(field), grid, iso: ISO }, loaded.notes))
@@ -67,9 +58,8 @@ fn support(args: &SourceArgs, kernel: Kernel, iso: f32) -> Result<f32, Failure> 
     match args.blobs.support {
         Some(support) if support.is_finite() && support > 0.0 => Ok(support),
         Some(support) => Err(Failure::usage(format!("--support {support}: give a number over zero"))),
-        None if kernel == Kernel::InverseSquare => Ok(SUPPORT),
         // The message on an iso value that is no number comes later, with all sources'.
-        None => kernel.reach_of(iso).map(|reach| 1.0 / reach).or(iso.is_nan().then_some(1.0)).ok_or_else(|| {
+        None => kernel.support_for(iso).or(iso.is_nan().then_some(1.0)).ok_or_else(|| {
             Failure::usage(format!(
                 "-I {iso}: a lone point's blob has no surface there, so none can be put at its radius: give a value \
                  between 0 (0.001 for blobby) and 1, or say with --support how many radii blobs reach"
@@ -88,11 +78,7 @@ fn grid(args: &SourceArgs, support: [[f32; 3]; 2]) -> Result<Grid, Failure> {
     });
     let cells = match args.cells {
         Some(cells) if cells != [cells[0]; 3] || args.bounds.is_some() => cells,
-        given => {
-            let extent = (high - low).as_dvec3();
-            let most = given.map_or(CELLS, |[n, ..]| n);
-            (extent / extent.max_element() * f64::from(most)).to_array().map(|n| n.ceil().max(1.0) as u32)
-        }
+        given => even_cells(given.map_or(CELLS, |[n, ..]| n), low, high),
     };
     let cells = if args.cells.is_some_and(|cells| cells.contains(&0)) { [0; 3] } else { cells };
     Grid::from_bounds(cells, low, high).map_err(|error| match error {

@@ -1,7 +1,8 @@
 //! `isoforge compare`.
 
 use super::args::CompareArgs;
-use super::{Failure, backend, say, source};
+use super::source::{self, Opened};
+use super::{Failure, backend, say};
 use crate::compare::compare;
 use crate::extract::Extractor;
 use crate::gpu::{AdapterChoice, Gpu};
@@ -9,7 +10,7 @@ use crate::gpu::{AdapterChoice, Gpu};
 /// Runs both backends stage by stage and prints what agrees.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let memory_budget = backend::memory_budget(None);
-    let (loaded, notes) = source::load(&args.source, &args.raw, memory_budget)?;
+    let Opened { loaded, notes, .. } = source::load(&args.source, &args.raw, memory_budget)?;
     let options = loaded.options(&args.source, memory_budget)?;
     let remark = source::precision_remark(loaded.source().grid());
     notes.iter().chain(&remark).for_each(|note| eprintln!("isoforge: {note}"));

@@ -2,7 +2,7 @@
 
 use super::args::{Backend, ExtractArgs};
 use super::progress::Progress;
-use super::source::Loaded;
+use super::source::{Loaded, Opened};
 use super::stats::{Seconds, Stats};
 use super::watchdog::{EXTRACTING, Watchdog};
 use super::{Failure, backend, picture, source};
@@ -32,7 +32,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     };
 
     progress.phase("reading");
-    let (loaded, notes) = source::load(&args.source, &args.raw, memory_budget)?;
+    let Opened { loaded, notes, camera } = source::load(&args.source, &args.raw, memory_budget)?;
     let read = start.elapsed().as_secs_f64();
     notes.iter().for_each(|note| remark(note));
     let options = loaded.options(&args.source, memory_budget)?;
@@ -62,8 +62,8 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     if let Some(path) = &args.png {
         progress.phase("drawing");
         match &made {
-            Made::Gpu(made) => picture::draw_gpu(&made.0, &made.1, args, path)?,
-            Made::Cpu(mesh) => picture::draw_cpu(mesh, &args.picture, path)?,
+            Made::Gpu(made) => picture::draw_gpu(&made.0, &made.1, args, &camera, path)?,
+            Made::Cpu(mesh) => picture::draw_cpu(mesh, &args.picture, &camera, path)?,
         }
     }
     let mut seconds = Seconds::of(&report);

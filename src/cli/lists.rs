@@ -45,6 +45,12 @@ pub fn info() -> Result<(), Failure> {
     Ok(())
 }
 
+/// Prints the kinds of nodes.
+pub fn nodes() -> Result<(), Failure> {
+    say(crate::scene::KINDS.trim_end());
+    Ok(())
+}
+
 /// Lists the named fields.
 pub fn fields() -> Result<(), Failure> {
     for field in named::ALL {
@@ -56,7 +62,7 @@ pub fn fields() -> Result<(), Failure> {
         }
     }
     say(
-        "\nBeside these: a formula in x, y, z, a .wgsl file with `fn density(p: vec3<f32>) -> f32`, volumes, and points.",
+        "\nBeside these: a formula in x, y, z, a .wgsl file with `fn density(p: vec3<f32>) -> f32`, a scene (.toml, see `isoforge nodes`), volumes, and points.",
     );
     Ok(())
 }

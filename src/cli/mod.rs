@@ -58,6 +58,7 @@ pub fn run() -> i32 {
         Command::Check(args) => check::run(args),
         Command::Info => lists::info(),
         Command::Fields => lists::fields(),
+        Command::Nodes => lists::nodes(),
         Command::Gallery(args) => gallery::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Bench(args) => bench::run(args),

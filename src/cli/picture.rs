@@ -6,10 +6,18 @@ use super::watchdog::{DRAWING, Watchdog};
 use crate::gpu::{Gpu, GpuMesh};
 use crate::mesh::Mesh;
 use crate::render::{self, Camera, Renderer, Style, View};
+use crate::scene;
 use std::path::Path;
 
-fn view(args: &PictureArgs) -> View {
-    View { azimuth: args.azimuth, elevation: args.elevation, fov: args.fov, size: args.size.0 }
+/// The user's words first, then the scene's.
+fn view(args: &PictureArgs, camera: &scene::Camera) -> View {
+    let plain = View::default();
+    View {
+        azimuth: args.azimuth.or(camera.azimuth).unwrap_or(plain.azimuth),
+        elevation: args.elevation.or(camera.elevation).unwrap_or(plain.elevation),
+        fov: args.fov.or(camera.fov).unwrap_or(plain.fov),
+        size: args.size.0,
+    }
 }
 
 fn style(args: &PictureArgs) -> Style {
@@ -18,7 +26,7 @@ fn style(args: &PictureArgs) -> Style {
 
 /// Refuses a view or a target that cannot work, before the long work.
 pub fn check(args: &PictureArgs, path: &Path) -> Result<(), Failure> {
-    Camera::fit(None, &view(args)).map_err(Failure::usage)?;
+    Camera::fit(None, &view(args, &scene::Camera::default())).map_err(Failure::usage)?;
     render::check_target(path).map_err(Failure::run)
 }
 
@@ -37,11 +45,17 @@ pub fn check_memory(args: &ExtractArgs, on_gpu: bool, budget: u64) -> Result<(),
 }
 
 /// Draws a mesh that is on the GPU, without reading it back.
-pub fn draw_gpu(gpu: &Gpu, mesh: &GpuMesh, args: &ExtractArgs, path: &Path) -> Result<(), Failure> {
+pub fn draw_gpu(
+    gpu: &Gpu,
+    mesh: &GpuMesh,
+    args: &ExtractArgs,
+    camera: &scene::Camera,
+    path: &Path,
+) -> Result<(), Failure> {
     let watchdog = Watchdog::new(args.run.time_limit, DRAWING);
     let args = &args.picture;
     let bounds = render::gpu_bounds(gpu, mesh).map_err(Failure::run)?;
-    let camera = Camera::fit(bounds, &view(args)).map_err(Failure::run)?;
+    let camera = Camera::fit(bounds, &view(args, camera)).map_err(Failure::run)?;
     let renderer = Renderer::new(gpu).map_err(Failure::run)?;
     watchdog.alive();
     let image = renderer.render(mesh, &camera, &style(args)).map_err(Failure::run)?;
@@ -50,8 +64,8 @@ pub fn draw_gpu(gpu: &Gpu, mesh: &GpuMesh, args: &ExtractArgs, path: &Path) -> R
 }
 
 /// Draws a mesh by the software rasteriser.
-pub fn draw_cpu(mesh: &Mesh, args: &PictureArgs, path: &Path) -> Result<(), Failure> {
-    let camera = Camera::fit(mesh.bounds(), &view(args)).map_err(Failure::run)?;
+pub fn draw_cpu(mesh: &Mesh, args: &PictureArgs, camera: &scene::Camera, path: &Path) -> Result<(), Failure> {
+    let camera = Camera::fit(mesh.bounds(), &view(args, camera)).map_err(Failure::run)?;
     let image = render::render_software(mesh, &camera, &style(args)).map_err(Failure::run)?;
     render::save_png(image, path).map_err(Failure::run)
 }

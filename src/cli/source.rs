@@ -1,4 +1,4 @@
-//! What the first argument is: a field's name, a formula, a WGSL file, a volume, or points.
+//! What the first argument is: a field's name, a formula, a WGSL file, a scene, a volume, or points.
 
 use super::Failure;
 use super::args::{RawArgs, SourceArgs};
@@ -7,9 +7,10 @@ use crate::components;
 use crate::extract::{Options, Source};
 use crate::field::named::{self, Named};
 use crate::field::user::UserField;
-use crate::field::{Field, Sense};
+use crate::field::{self, Field, Sense};
 use crate::graph::{Expr, GraphField, formula};
 use crate::grid::{Grid, GridError};
+use crate::scene::{self, Camera, Scene};
 use crate::volume::{self, OpenOptions, RawLayout, Volume};
 use glam::Vec3;
 use std::io::ErrorKind;
@@ -54,9 +55,32 @@ impl Loaded {
     }
 }
 
-/// Loads what `args` name; the second value is remarks for the user.
-pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<(Loaded, Vec<String>), Failure> {
+/// What was loaded, and what its file says beside it.
+pub struct Opened {
+    pub loaded: Loaded,
+    /// Remarks for the user.
+    pub notes: Vec<String>,
+    /// From where a scene wants to be seen.
+    pub camera: Camera,
+}
+
+/// Loads what `args` name.
+pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<Opened, Failure> {
     let path = Path::new(&args.source);
+    if scene::is_scene_ending(path) && raw.dims.is_none() && args.blobs.given().is_none() {
+        return load_scene(args, path, memory_budget);
+    }
+    let (loaded, notes) = load_plain(args, raw, path, memory_budget)?;
+    Ok(Opened { loaded, notes, camera: Camera::default() })
+}
+
+/// Everything but scenes; the second value is remarks for the user.
+fn load_plain(
+    args: &SourceArgs,
+    raw: &RawArgs,
+    path: &Path,
+    memory_budget: u64,
+) -> Result<(Loaded, Vec<String>), Failure> {
     if raw.dims.is_some() && !volume::is_raw_ending(path) {
         return Err(Failure::usage(format!(
             "--dims, --type and what goes with them describe .raw and .bin files; {} says itself how it is laid out",
@@ -84,7 +108,7 @@ pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<(Loa
     if ending.is_some() || args.source.contains(['/', '\\']) || path.exists() {
         return Err(Failure::usage(format!(
             "{}: this ending is none that is read; a source is a field's name (see `isoforge fields`), a formula, \
-             a .wgsl file, a volume ({}), or points ({})",
+             a .wgsl file, a scene (.toml), a volume ({}), or points ({})",
             args.source,
             volume::ENDINGS.join(" "),
             components::ENDINGS.join(" ")
@@ -109,14 +133,14 @@ fn load_formula(args: &SourceArgs, expr: &Expr) -> Result<(Loaded, Vec<String>),
         let used = if used.is_empty() { "no parameter".into() } else { used.join(", ") };
         return Err(Failure::usage(format!("--param {name}: the formula has {used}; leave `{name}` out")));
     }
-    let grid = grid(args, HALF_EDGE)?;
+    let grid = grid(args, HALF_EDGE, None, args.cells)?;
     Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0 }, Vec::new()))
 }
 
 fn load_named(args: &SourceArgs) -> Result<(Loaded, Vec<String>), Failure> {
     let mut field = Named::new(&args.source).map_err(|e| {
         Failure::usage(format!(
-            "{e}; a file needs one of the endings .wgsl {} {}",
+            "{e}; a file needs one of the endings .wgsl .toml {} {}",
             volume::ENDINGS.join(" "),
             components::ENDINGS.join(" ")
         ))
@@ -125,8 +149,44 @@ fn load_named(args: &SourceArgs) -> Result<(Loaded, Vec<String>), Failure> {
         field = field.with(name, *value).map_err(Failure::usage)?;
     }
     let definition = field.definition();
-    let grid = grid(args, definition.half_edge)?;
+    let grid = grid(args, definition.half_edge, None, args.cells)?;
     Ok((Loaded::Field { field: Box::new(field), grid, iso: definition.iso }, Vec::new()))
+}
+
+fn load_scene(args: &SourceArgs, path: &Path, memory_budget: u64) -> Result<Opened, Failure> {
+    let options = scene::OpenOptions { max_bytes: Some(memory_budget) };
+    let scene = Scene::open(path, &options).map_err(Failure::run)?;
+    let sense = args.inside.map_or(scene.sense, Sense::from);
+    let mut field = GraphField::new(&scene.expr, sense);
+    for (name, value) in &args.parameters {
+        field.set(name, *value).map_err(|error| Failure::usage(format!("--param {name}: {error}")))?;
+    }
+    let (mut notes, mut bounds, mut cells) = (scene.notes, scene.bounds, args.cells.or(scene.cells));
+    if args.half_edge.is_some() {
+        bounds = None;
+    } else if bounds.is_none() && args.bounds.is_none() {
+        bounds = field::extent(&field, args.iso.unwrap_or(scene.iso));
+        match bounds {
+            Some([low, high]) => {
+                // Of a box that nobody chose, one number is for the longest axis; 0 is refused later.
+                let [n, ..] = cells.unwrap_or([CELLS; 3]);
+                cells = if cells.is_none_or(|c| c == [n; 3]) && n > 0 { Some(even_cells(n, low, high)) } else { cells };
+                notes.push(format!("the scene names no bounds; its surface lies within {low} and {high}"));
+            }
+            None => notes.push(format!(
+                "the scene names no bounds, and none are found: the cube from -{HALF_EDGE} to {HALF_EDGE} is taken"
+            )),
+        }
+    }
+    let grid = grid(args, HALF_EDGE, bounds, cells)?;
+    let loaded = Loaded::Field { field: Box::new(field), grid, iso: scene.iso };
+    Ok(Opened { loaded, notes, camera: scene.camera })
+}
+
+/// Cells of about the same length along each axis, `most` along the longest.
+pub(super) fn even_cells(most: u32, low: Vec3, high: Vec3) -> [u32; 3] {
+    let extent = (high - low).as_dvec3();
+    (extent / extent.max_element() * f64::from(most)).to_array().map(|n| n.ceil().max(1.0) as u32)
 }
 
 fn load_wgsl(args: &SourceArgs, path: &Path) -> Result<(Loaded, Vec<String>), Failure> {
@@ -135,7 +195,7 @@ fn load_wgsl(args: &SourceArgs, path: &Path) -> Result<(Loaded, Vec<String>), Fa
             "--param {name}: a WGSL function has no parameters: use `const` in the file"
         )));
     }
-    let grid = grid(args, HALF_EDGE)?;
+    let grid = grid(args, HALF_EDGE, None, args.cells)?;
     let text = std::fs::read_to_string(path).map_err(|e| {
         let remedy = match e.kind() {
             ErrorKind::InvalidData => "save it as UTF-8 text",
@@ -160,14 +220,19 @@ pub fn precision_remark(grid: &Grid) -> Option<String> {
     })
 }
 
-/// The grid of a field.
-fn grid(args: &SourceArgs, half_edge: f32) -> Result<Grid, Failure> {
+/// The grid of a field: the user's words first, then those of its file.
+fn grid(
+    args: &SourceArgs,
+    half_edge: f32,
+    bounds: Option<[Vec3; 2]>,
+    cells: Option<[u32; 3]>,
+) -> Result<Grid, Failure> {
     let half = args.half_edge.unwrap_or(half_edge);
     if !(half.is_finite() && half > 0.0) {
         return Err(Failure::usage(format!("-L {half}: give half the edge of the cube, a number over zero")));
     }
-    let [low, high] = args.bounds.unwrap_or([Vec3::splat(-half), Vec3::splat(half)]);
-    Grid::from_bounds(args.cells.unwrap_or([CELLS; 3]), low, high).map_err(|error| match error {
+    let [low, high] = args.bounds.or(bounds).unwrap_or([Vec3::splat(-half), Vec3::splat(half)]);
+    Grid::from_bounds(cells.unwrap_or([CELLS; 3]), low, high).map_err(|error| match error {
         GridError::Cells { .. } => Failure::usage(format!("-n: {error}")),
         _ => Failure::usage(format!("{} {error}", if args.bounds.is_some() { "--bounds:" } else { "-L:" })),
     })

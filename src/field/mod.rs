@@ -4,10 +4,13 @@
 //! inside, and gives values and gradients on the CPU over slices of points, on the GPU as WGSL
 //! text, or both. [`named`] has the fields with a name, [`user`] the WGSL functions of users.
 
+mod extent;
 pub mod functions;
 pub mod named;
 pub mod noise;
 pub mod user;
+
+pub use extent::extent;
 
 use crate::graph::interval::{ALL, Interval};
 use std::fmt;

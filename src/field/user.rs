@@ -14,9 +14,9 @@ mod rewrite;
 
 use super::{Field, NoForm, Points, Sense, Wgsl, Within};
 use crate::excerpt::{Excerpt, excerpt};
-use crate::graph::GraphField;
 use crate::graph::from_wgsl::{self, Obstacle};
 use crate::graph::interval::{ALL, Interval};
+use crate::graph::{Expr, GraphField};
 use naga::{Handle, Module, Span};
 use rewrite::{check_pointers, count_loops, rename};
 use std::sync::Arc;
@@ -55,7 +55,7 @@ pub struct UserError {
 pub struct UserField {
     sense: Sense,
     rewritten: Arc<str>,
-    graph: Option<GraphField>,
+    graph: Option<(Expr, GraphField)>,
     obstacle: Option<Obstacle>,
 }
 
@@ -84,7 +84,12 @@ impl UserField {
 
     /// The function as an expression, if it is one.
     pub fn graph(&self) -> Option<&GraphField> {
-        self.graph.as_ref()
+        self.graph.as_ref().map(|(_, field)| field)
+    }
+
+    /// The expression itself, as a part for others.
+    pub fn expr(&self) -> Option<&Expr> {
+        self.graph.as_ref().map(|(expr, _)| expr)
     }
 
     /// Why only a GPU evaluates the function, if that is so.
@@ -110,7 +115,7 @@ impl UserField {
             Ok(graph) => (Some(graph), None),
             Err(obstacle) => (None, Some(obstacle)),
         };
-        if graph.as_ref().is_none_or(|graph| graph.operations() > MOST_ON_GPU) {
+        if graph.as_ref().is_none_or(|(_, graph)| graph.operations() > MOST_ON_GPU) {
             check_pointers(&module).map_err(|(span, message)| error(span, message))?;
         }
         count_loops(&mut module);

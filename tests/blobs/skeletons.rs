@@ -33,7 +33,7 @@ fn distances() {
         (point_square(corners[0]), Box::new(move |p| segment(p, corners[0], corners[0]))),
         (segment_square(corners[0], corners[1]), Box::new(move |p| segment(p, corners[0], corners[1]))),
         (
-            polyline_square(&corners).unwrap(),
+            polyline_square(corners).unwrap(),
             Box::new(move |p| segment(p, corners[0], corners[1]).min(segment(p, corners[1], corners[2]))),
         ),
         (circle_square(0.7), Box::new(|[x, y, z]| (x.hypot(y) - 0.7).hypot(z))),

@@ -43,6 +43,30 @@ pub struct Definition {
 }
 
 impl Definition {
+    /// The field as an expression; parameters not among `given` keep their defaults.
+    ///
+    /// # Errors
+    /// [`NameError::NoParameter`]; [`NameError::Value`] for constants out of their range.
+    pub fn expr(&self, given: &[(String, Expr)]) -> Result<Expr, NameError> {
+        for (name, expr) in given {
+            let Some(parameter) = self.parameters.iter().find(|p| p.name == name) else {
+                return Err(NameError::NoParameter { field: self.name, name: name.clone() });
+            };
+            let Parameter { name, least, .. } = *parameter;
+            match expr.constant() {
+                Some(value) if !value.is_finite() || value < least => {
+                    return Err(NameError::Value { name, value, least });
+                }
+                _ => {}
+            }
+        }
+        let value = |p: &Parameter| {
+            let given = given.iter().rev().find(|(name, _)| name == p.name);
+            given.map_or(p.default.into(), |(_, expr)| expr.clone())
+        };
+        Ok((self.build)(&self.parameters.iter().map(value).collect::<Vec<_>>()))
+    }
+
     /// A field without parameters.
     const fn plain(name: &'static str, formula: &'static str, build: fn(&[Expr]) -> Expr) -> Self {
         Self { name, formula, parameters: &[], iso: 0.0, sense: Sense::Below, half_edge: 1.5, build }

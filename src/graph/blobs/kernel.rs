@@ -63,6 +63,17 @@ impl Kernel {
         Some(low)
     }
 
+    /// How many of its radii a component is to reach so that a lone one's surface at `iso` lies at its radius; 3 of
+    /// the inverse square, whose weight sees to that. `None` where no reach would do.
+    #[must_use]
+    pub fn support_for(self, iso: f32) -> Option<f32> {
+        if self == Kernel::InverseSquare {
+            Some(3.0).filter(|_| iso > 0.0)
+        } else {
+            Some(1.0 / self.reach_of(iso)?)
+        }
+    }
+
     /// The value at q for weight 1 (1/b² for the inverse square).
     pub(super) fn value(self, q: f32) -> f32 {
         match self {

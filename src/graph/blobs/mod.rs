@@ -137,6 +137,26 @@ impl Blobs {
         Ok(Arc::new(Self { kernel, components, grids, slack }))
     }
 
+    /// The sum of points with radii, each of which reaches `support` times its radius ([`Kernel::support_for`]). The
+    /// inverse square is weighted so that a lone point has the value `iso` at its radius.
+    ///
+    /// # Errors
+    /// As [`Blobs::new`].
+    pub fn of_points(
+        kernel: Kernel,
+        mut points: Vec<Component>,
+        iso: f32,
+        support: f32,
+    ) -> Result<Arc<Blobs>, BlobsError> {
+        for point in &mut points {
+            if kernel == Kernel::InverseSquare {
+                point.weight *= iso * point.radius * point.radius;
+            }
+            point.radius *= support;
+        }
+        Self::new(kernel, points)
+    }
+
     /// As an expression.
     #[must_use]
     pub fn expr(self: &Arc<Self>) -> Expr {

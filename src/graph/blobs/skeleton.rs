@@ -6,50 +6,36 @@
 //! squared again.
 
 use super::kernel::Kernel;
+use crate::graph::shapes::{Vector, segment_offset};
 use crate::graph::{Expr, x, y, z};
-
-/// Sum of squares.
-fn length_square([x, y, z]: [Expr; 3]) -> Expr {
-    x.square() + y.square() + z.square()
-}
 
 /// The square of the distance from a point.
 #[must_use]
-pub fn point_square(at: [f64; 3]) -> Expr {
-    length_square([x() - at[0], y() - at[1], z() - at[2]])
+pub fn point_square(at: impl Into<Vector>) -> Expr {
+    Vector::point().minus(&at.into()).length_square()
 }
 
 /// The square of the distance from the segment between two points; from the point where they are one.
 #[must_use]
-pub fn segment_square(a: [f64; 3], b: [f64; 3]) -> Expr {
-    let along = [0, 1, 2].map(|k| b[k] - a[k]);
-    let square: f64 = along.iter().map(|v| v * v).sum();
-    let from_a = || [x() - a[0], y() - a[1], z() - a[2]];
-    if square == 0.0 {
-        return length_square(from_a());
-    }
-    let [dx, dy, dz] = from_a();
-    let [ux, uy, uz] = along.map(|v| v / square);
-    let t = (dx * ux + dy * uy + dz * uz).max(0.0).min(1.0);
-    let [dx, dy, dz] = from_a();
-    let [vx, vy, vz] = along;
-    length_square([dx - &t * vx, dy - &t * vy, dz - &t * vz])
+pub fn segment_square(a: impl Into<Vector>, b: impl Into<Vector>) -> Expr {
+    segment_offset(&a.into(), &b.into()).length_square()
 }
 
 /// The square of the distance from the lines between one point and the next; `None` of no point.
 #[must_use]
-pub fn polyline_square(points: &[[f64; 3]]) -> Option<Expr> {
-    match points {
+pub fn polyline_square(points: impl IntoIterator<Item = impl Into<Vector>>) -> Option<Expr> {
+    let points: Vec<Vector> = points.into_iter().map(Into::into).collect();
+    match &points[..] {
         [] => None,
-        [only] => Some(point_square(*only)),
-        more => more.windows(2).map(|pair| segment_square(pair[0], pair[1])).reduce(|a, b| a.min(b)),
+        [only] => Some(point_square(only)),
+        more => more.windows(2).map(|pair| segment_square(&pair[0], &pair[1])).reduce(|a, b| a.min(b)),
     }
 }
 
 /// The square of the distance from a circle of radius `major` around the origin, in the plane z = 0.
 #[must_use]
-pub fn circle_square(major: f64) -> Expr {
-    let ring = (x().square() + y().square()).sqrt() - major;
+pub fn circle_square(major: impl Into<Expr>) -> Expr {
+    let ring = (x().square() + y().square()).sqrt() - major.into();
     ring.square() + z().square()
 }
 
@@ -66,8 +52,9 @@ pub fn superellipsoid_square(n: u32) -> Expr {
 /// The kernel of weight 1 around a skeleton from which `distance_square` is the square of the distance; from
 /// `radius` on it is 0.
 #[must_use]
-pub fn kernel_expr(kernel: Kernel, distance_square: &Expr, radius: f64) -> Expr {
-    let q = distance_square * (1.0 / (radius * radius));
+pub fn kernel_expr(kernel: Kernel, distance_square: &Expr, radius: impl Into<Expr>) -> Expr {
+    let inverse_square = 1.0 / radius.into().square();
+    let q = distance_square * &inverse_square;
     let u = || (1.0 - q.min(1.0)).max(0.0);
     let inside = || q.less(1.0);
     match kernel {
@@ -82,13 +69,13 @@ pub fn kernel_expr(kernel: Kernel, distance_square: &Expr, radius: f64) -> Expr 
         }
         Kernel::InverseSquare => {
             let core = 1.0 / 1_048_576.0;
-            inside().select((1.0 / (radius * radius)) / q.max(core), 0.0)
+            inside().select(inverse_square / q.max(core), 0.0)
         }
     }
 }
 
 /// a · exp(−b g): any field g as the generator of a blob.
 #[must_use]
-pub fn equipotential(a: f64, b: f64, g: &Expr) -> Expr {
-    (-(g * b)).exp() * a
+pub fn equipotential(a: impl Into<Expr>, b: impl Into<Expr>, g: &Expr) -> Expr {
+    (-(g * b.into())).exp() * a.into()
 }

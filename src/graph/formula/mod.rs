@@ -22,7 +22,7 @@ mod lexer;
 use super::{Expr, compound, x, y, z};
 use crate::excerpt::{Excerpt, excerpt};
 pub use fault::{Fault, FormulaError};
-use fault::{closest, short};
+pub(crate) use fault::{closest, short};
 use functions::{CONSTANTS, FUNCTIONS, Function};
 use lexer::{Kind, Operator, Word};
 use std::collections::HashMap;
@@ -33,11 +33,25 @@ use std::collections::HashMap;
 /// # Errors
 /// [`FormulaError`].
 pub fn parse(text: &str, parameters: &[(String, f64)]) -> Result<Expr, FormulaError> {
-    let found = Parser::new(text, parameters).run();
+    // The name's last value counts, as on command lines.
+    let names =
+        parameters.iter().map(|(name, value)| (name.as_str(), (Expr::parameter(name, *value), *value)));
+    let found = Parser::new(text, names).run();
     found.map_err(|(fault, at)| {
         let Excerpt { text: excerpt, .. } = excerpt(text, at);
         FormulaError { fault, at, excerpt }
     })
+}
+
+/// The expression that `text` is, where `names` stand for other expressions. An error is a fault and its byte.
+pub(crate) fn parse_with(text: &str, names: &[(String, Expr)]) -> Result<Expr, (Fault, usize)> {
+    // Their values are checked by who gives them.
+    Parser::new(text, names.iter().map(|(name, expr)| (name.as_str(), (expr.clone(), 0.0)))).run()
+}
+
+/// Whether a name means a coordinate or a constant in formulas.
+pub(crate) fn is_reserved(name: &str) -> bool {
+    ["x", "y", "z"].contains(&name) || CONSTANTS.iter().any(|(known, _)| *known == name)
 }
 
 /// What has been read and waits for its right side or its end.
@@ -64,20 +78,15 @@ type Outcome<T> = Result<T, (Fault, usize)>;
 
 struct Parser<'a> {
     text: &'a str,
-    /// Of each parameter, its expression, shared by all places.
+    /// Of each parameter, its expression, shared by all places, and its value.
     names: HashMap<&'a str, (Expr, f64)>,
-    parameters: &'a [(String, f64)],
     values: Vec<Value>,
     waiting: Vec<Waiting>,
 }
 
 impl<'a> Parser<'a> {
-    fn new(text: &'a str, parameters: &'a [(String, f64)]) -> Self {
-        let names = parameters.iter().map(|(name, value)| {
-            // The name's last value counts, as on command lines.
-            (name.as_str(), (Expr::parameter(name, *value), *value))
-        });
-        Self { text, names: names.collect(), parameters, values: Vec::new(), waiting: Vec::new() }
+    fn new(text: &'a str, names: impl Iterator<Item = (&'a str, (Expr, f64))>) -> Self {
+        Self { text, names: names.collect(), values: Vec::new(), waiting: Vec::new() }
     }
 
     fn run(mut self) -> Outcome<Expr> {
@@ -179,14 +188,14 @@ impl<'a> Parser<'a> {
     }
 
     fn is_number(&self, name: &str) -> bool {
-        reserved(name) || self.names.contains_key(name)
+        is_reserved(name) || self.names.contains_key(name)
     }
 
     fn name(&self, word: Word) -> Outcome<Value> {
         let name = &self.text[word.start..word.end];
         let err = |fault| Err((fault, word.start));
         let given = self.names.get(name);
-        if given.is_some() && reserved(name) {
+        if given.is_some() && is_reserved(name) {
             return err(Fault::Reserved { name: name.into() });
         }
         if let Some((_, value)) = CONSTANTS.iter().find(|(known, _)| *known == name) {
@@ -204,7 +213,8 @@ impl<'a> Parser<'a> {
                 if let Some(function) = FUNCTIONS.iter().find(|f| f.name == name) {
                     return err(Fault::NoArguments { name: function.name });
                 }
-                let known: Vec<String> = self.parameters.iter().map(|(name, _)| name.clone()).collect();
+                let mut known: Vec<String> = self.names.keys().map(|name| (*name).to_string()).collect();
+                known.sort_unstable();
                 let closest = closest(name, known.iter().map(String::as_str).chain(["pi", "tau"]));
                 return err(Fault::UnknownName { name: short(name), closest, known });
             }
@@ -267,11 +277,6 @@ impl<'a> Parser<'a> {
         self.values.push(Value { expr: build(&given), constant: None });
         Ok(())
     }
-}
-
-/// Whether a name means a coordinate or a constant.
-fn reserved(name: &str) -> bool {
-    ["x", "y", "z"].contains(&name) || CONSTANTS.iter().any(|(known, _)| *known == name)
 }
 
 fn apply(operator: Operator, a: Value, b: Value) -> Result<Value, Fault> {

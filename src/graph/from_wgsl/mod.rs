@@ -15,7 +15,7 @@ mod state;
 mod truth;
 mod value;
 
-use super::GraphField;
+use super::{Expr, GraphField};
 use crate::field::Sense;
 use naga::{Module, Span};
 use run::Lowering;
@@ -79,11 +79,12 @@ struct Stop {
     span: Span,
 }
 
-/// The function `density` of a valid module as a field. `source` is the module's text.
+/// The function `density` of a valid module as an expression and the field that it is. `source` is the module's
+/// text.
 ///
 /// # Errors
 /// [`Obstacle`].
-pub fn lower(module: &Module, source: &str, sense: Sense) -> Result<GraphField, Obstacle> {
+pub fn lower(module: &Module, source: &str, sense: Sense) -> Result<(Expr, GraphField), Obstacle> {
     let density = module.functions.iter().find(|(_, f)| f.name.as_deref() == Some("density"));
     let unknown = || Obstacle::NoForm { what: "the function".into(), line: 1 };
     let (handle, function) = density.ok_or_else(unknown)?;
@@ -95,7 +96,7 @@ pub fn lower(module: &Module, source: &str, sense: Sense) -> Result<GraphField, 
                 let span = module.functions.get_span(handle);
                 return Err(obstacle(Stop { what: What::Long, span }, source));
             }
-            Ok(field)
+            Ok((value.expr, field))
         }
         Ok(_) => Err(unknown()),
         Err(stop) => Err(obstacle(stop, source)),

@@ -27,6 +27,7 @@ mod vector;
 pub use csg::{intersection, union};
 pub use deform::Axis;
 pub use lattice::Lattice;
+pub(crate) use primitives::segment_offset;
 pub use primitives::{
     box_, capsule, cone, cylinder, ellipsoid, frustum, half_space, infinite_cylinder, rounded_box, sphere,
     torus_distance,
@@ -92,7 +93,7 @@ pub enum ShapeError {
 }
 
 /// `value`, unless it is a constant that is not finite and above 0.
-fn positive(what: &'static str, value: impl Into<Expr>) -> Result<Expr, ShapeError> {
+pub(crate) fn positive(what: &'static str, value: impl Into<Expr>) -> Result<Expr, ShapeError> {
     let value = value.into();
     match value.constant() {
         Some(v) if !(v.is_finite() && v > 0.0) => Err(ShapeError::NotPositive { what, value: v }),

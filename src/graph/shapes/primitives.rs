@@ -81,16 +81,20 @@ pub fn infinite_cylinder(radius: impl Into<Expr>) -> Expr {
 /// All within a radius of the segment from `a` to `b`: a cylinder with round ends. The exact distance. A ball
 /// where the ends are one.
 pub fn capsule(a: impl Into<Vector>, b: impl Into<Vector>, radius: impl Into<Expr>) -> Expr {
-    let (a, b) = (a.into(), b.into());
-    let (along, to_point) = (b.minus(&a), Vector::point().minus(&a));
+    segment_offset(&a.into(), &b.into()).length() - radius.into()
+}
+
+/// From the nearest point of the segment between two points; from the point where they are one.
+pub(crate) fn segment_offset(a: &Vector, b: &Vector) -> Vector {
+    let (along, to_point) = (b.minus(a), Vector::point().minus(a));
     let length_square = along.length_square();
     if length_square.constant() == Some(0.0) {
-        return to_point.length() - radius.into();
+        return to_point;
     }
     let part = along.map(|c| c / &length_square);
     // The order matters: of NaN, where parameters make the ends one, the constant is taken.
     let part = Expr::from(1.0).min(Expr::from(0.0).max(to_point.dot(&part)));
-    to_point.minus(&along.map(|c| &part * c)).length() - radius.into()
+    to_point.minus(&along.map(|c| &part * c))
 }
 
 /// Cone around the z axis: base of that radius at `z = −height/2`, tip at `z = height/2`. The exact distance.

@@ -41,7 +41,7 @@ impl From<&Vector> for Vector {
 
 impl Vector {
     /// x, y, z.
-    pub(super) fn point() -> Self {
+    pub(crate) fn point() -> Self {
         Self([crate::graph::x(), crate::graph::y(), crate::graph::z()])
     }
 
@@ -57,7 +57,7 @@ impl Vector {
         self.zip(other, |a, b| a + b)
     }
 
-    pub(super) fn minus(&self, other: &Self) -> Self {
+    pub(crate) fn minus(&self, other: &Self) -> Self {
         self.zip(other, |a, b| a - b)
     }
 
@@ -66,7 +66,7 @@ impl Vector {
     }
 
     /// x² + y² + z².
-    pub(super) fn length_square(&self) -> Expr {
+    pub(crate) fn length_square(&self) -> Expr {
         let [x, y, z] = &self.0;
         (x.square() + y.square()) + z.square()
     }

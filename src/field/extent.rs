@@ -1,0 +1,99 @@
+//! Where a field's surface lies, found by its intervals alone.
+
+use super::Field;
+use crate::graph::interval::Interval;
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// Half the edges of the cubes in which surfaces are looked for, one after the other: bounds of high powers say
+/// nothing of the larger.
+const FARTHEST: [f32; 3] = [1_048_576.0, 4096.0, 128.0];
+/// Boxes from which on the rest is not looked at more closely.
+const MANY: usize = 3000;
+/// How small boxes get, as a part of what is left.
+const FINEST: f32 = 1.0 / 48.0;
+
+/// A box around all of the surface where the field is `iso`, a few hundredths too large, if bounds of the field tell:
+/// `None` of surfaces without an end, without bounds, or more than 10⁶ from the origin, and where there is none.
+/// Where only a smaller cube (4096, 128) has useful bounds, what lies outside it is left out.
+pub fn extent(field: &dyn Field, iso: f32) -> Option<[Vec3; 2]> {
+    FARTHEST.into_iter().find_map(|farthest| within(field, iso, farthest))
+}
+
+fn within(field: &dyn Field, iso: f32, farthest: f32) -> Option<[Vec3; 2]> {
+    let crosses = |low: Vec3, size: f32| {
+        let region: [Interval; 3] = [0, 1, 2].map(|k| Interval { lo: low[k], hi: low[k] + size });
+        let range = field.range(region);
+        range.lo <= iso && range.hi >= iso
+    };
+    let mut size = 2.0 * farthest;
+    let mut boxes = vec![Vec3::splat(-farthest)];
+    let around = |boxes: &[Vec3], size: f32| {
+        let low = boxes.iter().copied().reduce(Vec3::min)?;
+        let high = boxes.iter().copied().reduce(Vec3::max)?;
+        Some([low, high + size])
+    };
+    loop {
+        size *= 0.5;
+        let parts = |low: &Vec3| {
+            let low = *low;
+            (0..8u32)
+                .map(move |i| low + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * size)
+        };
+        boxes = boxes.par_iter().flat_map_iter(parts).filter(|low| crosses(*low, size)).collect();
+        let [low, high] = around(&boxes, size)?;
+        let extent = (high - low).max_element();
+        if boxes.len() > MANY || size <= extent * FINEST {
+            let far = low.abs().max(high.abs()).max_element() >= farthest;
+            return (!far).then_some([low, high]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::Sense;
+    use crate::graph::blobs::{Blobs, Component, Kernel};
+    use crate::graph::shapes::*;
+    use crate::graph::{Expr, GraphField, x, y, z};
+
+    fn found(expr: &Expr, iso: f32) -> Option<[Vec3; 2]> {
+        extent(&GraphField::new(expr, Sense::Below), iso)
+    }
+
+    /// That the box holds the other and is not much larger.
+    fn is_close(found: Option<[Vec3; 2]>, low: [f32; 3], high: [f32; 3]) {
+        let ([l, h], low, high) = (found.expect("an end"), Vec3::from(low), Vec3::from(high));
+        let room = (high - low).max_element() * 0.15;
+        assert!(l.cmple(low).all() && h.cmpge(high).all(), "{l} {h}");
+        assert!((low - l).max(h - high).max_element() < room, "{l} {h}");
+    }
+
+    #[test]
+    fn solids() {
+        is_close(found(&sphere(1.0), 0.0), [-1.0; 3], [1.0; 3]);
+        is_close(
+            found(&sphere(1e-3).translate([1000.0, -5.0, 3.0]), 0.0),
+            [999.999, -5.001, 2.999],
+            [1000.001, -4.999, 3.001],
+        );
+        is_close(found(&box_([1.0, 2.0, 3.0], [2.0, 4.0, 6.0]), 0.0), [1.0, 2.0, 3.0], [2.0, 4.0, 6.0]);
+        let two = sphere(1.0).union(sphere(2.0).translate([5e4, 0.0, 0.0]));
+        is_close(found(&two, 0.0), [-1.0, -2.0, -2.0], [50_002.0, 2.0, 2.0]);
+        let at = |position| Component { position, radius: 2.0, weight: 1.0 };
+        let blobs = Blobs::new(Kernel::SoftObject, vec![at([50.0; 3]), at([60.0, 50.0, 50.0])]).unwrap();
+        // Its eighth power is more than numbers hold.
+        let cube = x().powi(8) + y().powi(8) + z().powi(8);
+        is_close(found(&cube, 1.0), [-1.0; 3], [1.0; 3]);
+        is_close(found(&blobs.expr(), 0.5), [49.0; 3], [61.0, 51.0, 51.0]);
+    }
+
+    #[test]
+    fn surfaces_without_end_or_none_at_all() {
+        assert_eq!(found(&infinite_cylinder(1.0), 0.0), None);
+        assert_eq!(found(&(x() * y()), 0.0), None);
+        assert_eq!(found(&sphere(1.0), -2.0), None);
+        assert_eq!(found(&sphere(1.0).translate([1e7, 0.0, 0.0]), 0.0), None);
+    }
+}
