@@ -80,13 +80,17 @@ struct Parser<'a> {
     text: &'a str,
     /// Of each parameter, its expression, shared by all places, and its value.
     names: HashMap<&'a str, (Expr, f64)>,
+    /// Their names in the caller's order.
+    known: Vec<&'a str>,
     values: Vec<Value>,
     waiting: Vec<Waiting>,
 }
 
 impl<'a> Parser<'a> {
     fn new(text: &'a str, names: impl Iterator<Item = (&'a str, (Expr, f64))>) -> Self {
-        Self { text, names: names.collect(), values: Vec::new(), waiting: Vec::new() }
+        let names: Vec<_> = names.collect();
+        let known = names.iter().map(|(name, _)| *name).collect();
+        Self { text, names: names.into_iter().collect(), known, values: Vec::new(), waiting: Vec::new() }
     }
 
     fn run(mut self) -> Outcome<Expr> {
@@ -213,8 +217,7 @@ impl<'a> Parser<'a> {
                 if let Some(function) = FUNCTIONS.iter().find(|f| f.name == name) {
                     return err(Fault::NoArguments { name: function.name });
                 }
-                let mut known: Vec<String> = self.names.keys().map(|name| (*name).to_string()).collect();
-                known.sort_unstable();
+                let known: Vec<String> = self.known.iter().map(|name| (*name).to_string()).collect();
                 let closest = closest(name, known.iter().map(String::as_str).chain(["pi", "tau"]));
                 return err(Fault::UnknownName { name: short(name), closest, known });
             }
