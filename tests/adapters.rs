@@ -11,6 +11,9 @@ use isoforge::field::{Sense, named};
 use isoforge::gpu::{Gpu, adapters};
 use isoforge::grid::Grid;
 
+/// Five powers whose exponents are parameters: SwiftShader (Subzero) takes minutes to compile the gradient.
+const SLOW_ON_SWIFTSHADER: [&str; 3] = ["superellipsoid", "superhyperboloid", "supertorus"];
+
 #[test]
 fn every_adapter_agrees_with_the_twins() {
     if !common::wants_gpu() {
@@ -46,6 +49,10 @@ fn every_adapter_agrees_with_the_twins() {
             }
         };
         for definition in named::ALL {
+            if name.contains("SwiftShader") && SLOW_ON_SWIFTSHADER.contains(&definition.name) {
+                println!("{name}: {} is left out", definition.name);
+                continue;
+            }
             let (field, grid) = common::named(definition.name, 32);
             check(definition.name, Source::Field(&field, grid), definition.iso);
         }

@@ -206,7 +206,14 @@ fn load_wgsl(args: &SourceArgs, path: &Path) -> Result<(Loaded, Vec<String>), Fa
     })?;
     let sense = args.inside.map_or(Sense::Below, Sense::from);
     let field = UserField::new(&text, &args.source, sense).map_err(Failure::run)?;
-    let note = field.obstacle().map(|obstacle| format!("note: density stays on the GPU: {obstacle}"));
+    let note = match (field.obstacle(), field.too_long_for_gpu()) {
+        (Some(obstacle), _) => Some(format!("note: density stays on the GPU: {obstacle}")),
+        (None, Some(operations)) => Some(format!(
+            "note: density unrolls to {operations} operations: a GPU runs it as it is written, and its mesh may differ in last \
+             bits from the CPU's"
+        )),
+        (None, None) => None,
+    };
     Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0 }, note.into_iter().collect()))
 }
 

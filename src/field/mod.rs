@@ -2,14 +2,17 @@
 //!
 //! [`Field`] is the one trait between fields and extraction. A field says which side of iso is
 //! inside, and gives values and gradients on the CPU over slices of points, on the GPU as WGSL
-//! text, or both. [`named`] has the fields with a name, [`user`] the WGSL functions of users.
+//! text, or both. [`named`] has the fields with a name, [`user`] the WGSL functions of users, [`Closure`] is a Rust
+//! function.
 
+mod closure;
 mod extent;
 pub mod functions;
 pub mod named;
 pub mod noise;
 pub mod user;
 
+pub use closure::Closure;
 pub use extent::extent;
 
 use crate::graph::interval::{ALL, Interval};

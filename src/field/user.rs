@@ -97,6 +97,12 @@ impl UserField {
         self.obstacle.as_ref()
     }
 
+    /// How many operations the expression has, if they are too many for a GPU, which then runs the function as it is
+    /// written: its bytes may differ from the CPU's.
+    pub fn too_long_for_gpu(&self) -> Option<usize> {
+        self.graph().map(GraphField::operations).filter(|&operations| operations > MOST_ON_GPU)
+    }
+
     /// The function as it was written, for the GPU alone.
     #[must_use]
     pub fn as_written(self) -> Self {

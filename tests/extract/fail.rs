@@ -167,3 +167,22 @@ fn a_lost_device_is_said_to_be_lost() {
     gpu.device.destroy();
     assert!(is_lost(extractor.extract(&source, &Options::new(0.0))));
 }
+
+/// A closure is extracted on the CPU, and on a GPU once there is WGSL for it.
+#[test]
+fn a_closure_without_wgsl_stays_on_the_cpu() {
+    use isoforge::field::user::UserField;
+    use isoforge::field::{Closure, Sense};
+    let grid = Grid::from_bounds([20; 3], Vec3::NEG_ONE, Vec3::ONE).unwrap();
+    let closure = Closure::new(Sense::Below, |p: Vec3| p.x * p.x + p.y * p.y + p.z * p.z);
+    let options = Options::new(0.5);
+    let (mesh, _) = extract_on_cpu(&Source::Field(&closure, grid), &options, &|_| {}).unwrap();
+    assert_eq!((mesh.check().boundary_edges, mesh.check().genus), (0, Some(0)));
+    let Some(extractor) = common::extractor() else { return };
+    let error = extractor.extract(&Source::Field(&closure, grid), &options).unwrap_err();
+    assert!(error.to_string().contains("--backend cpu"), "{error}");
+    let text = "fn density(p: vec3<f32>) -> f32 { return dot(p, p); }";
+    let both = closure.with_wgsl(UserField::new(text, "ball", Sense::Below).unwrap());
+    let gpu = extractor.extract(&Source::Field(&both, grid), &options).unwrap();
+    assert_eq!(gpu.report.triangles as usize, mesh.triangles.len());
+}

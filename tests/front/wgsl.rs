@@ -538,6 +538,7 @@ fn long_functions_run_as_written_on_a_gpu() {
     for field in [&short, &middle, &long] {
         assert!(field.graph().is_some() && field.obstacle().is_none());
     }
+    assert!(middle.too_long_for_gpu().is_none() && long.too_long_for_gpu().is_some());
     let [short, middle, text] = [&short, &middle, &long].map(|f| f.wgsl().expect("a GPU form"));
     assert!(short.gradient.is_some() && short.interval.is_some());
     assert!(middle.gradient.is_some() && middle.interval.is_none());
