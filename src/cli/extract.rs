@@ -12,6 +12,9 @@ use crate::mesh::{Mesh, write};
 use std::path::Path;
 use std::time::Instant;
 
+/// Letters of a source that the last line shows: formulas may be long.
+const LONGEST_NAME: usize = 200;
+
 /// Where the mesh is after the extraction.
 enum Made {
     Gpu(Box<(Gpu, GpuMesh)>),
@@ -250,7 +253,11 @@ fn summary(
     let place = adapter.map_or("the CPU".into(), |name| format!("the GPU ({name})"));
     let vertices = finished.vertices.unwrap_or(report.vertices);
     let triangles = finished.triangles.unwrap_or(report.triangles);
-    let mut text = format!("{}: {vertices} vertices, {triangles} triangles", args.source.source);
+    let mut name = args.source.source.clone();
+    if let Some((end, _)) = name.char_indices().nth(LONGEST_NAME) {
+        name.replace_range(end.., "…");
+    }
+    let mut text = format!("{name}: {vertices} vertices, {triangles} triangles");
     match (finished.degenerate, finished.removed) {
         (Some(0) | None, 0) => {}
         (_, 0) => {

@@ -8,7 +8,8 @@ use crate::extract::{Options, Source};
 use crate::field::named::{self, Named};
 use crate::field::user::UserField;
 use crate::field::{self, Field, Sense};
-use crate::graph::{Expr, GraphField, formula};
+use crate::graph::formula::{self, Fault, FormulaError};
+use crate::graph::{Expr, GraphField};
 use crate::grid::{Grid, GridError};
 use crate::scene::{self, Camera, Scene};
 use crate::volume::{self, OpenOptions, RawLayout, Volume};
@@ -102,7 +103,7 @@ fn load_plain(
     }
     let formula = formula::parse(&args.source, &args.parameters);
     let is_name = named::ALL.iter().any(|d| d.name == args.source);
-    if !is_name && !path.exists() && (formula.is_ok() || looks_like_formula(&args.source)) {
+    if !is_name && !path.exists() && formula.as_ref().map_or_else(|e| is_meant(e, &args.source), |_| true) {
         return load_formula(args, &formula.map_err(Failure::usage)?);
     }
     if ending.is_some() || args.source.contains(['/', '\\']) || path.exists() {
@@ -117,8 +118,11 @@ fn load_plain(
     load_named(args)
 }
 
-/// Whether a text that is no formula was meant to be one: it has what no file's name should have.
-fn looks_like_formula(text: &str) -> bool {
+/// Whether a text that is no formula was meant to be one: `1/0` is, and what has what no file's name should have.
+fn is_meant(error: &FormulaError, text: &str) -> bool {
+    if matches!(error.fault, Fault::NotFinite { .. }) {
+        return true;
+    }
     let ending = Path::new(text).extension().and_then(|e| e.to_str()).unwrap_or("");
     let is_file = ending.starts_with(char::is_alphabetic) && ending.chars().all(char::is_alphanumeric);
     !is_file && text.contains(|c: char| c.is_whitespace() || "+*^()<>=|²³".contains(c)) || text.is_empty()

@@ -126,6 +126,7 @@ fn user_functions() {
         1,
         &["signature", "fn density(p: vec3<f32>) -> f32"],
     );
+    refused(&["extract", "1/0"], 2, &["this gives inf everywhere"]);
     refused(&["extract", "missing.wgsl"], 1, &["missing.wgsl", "check the name"]);
     refused_with(&[("a.wgsl", b"// gr\xf6\xdfe\n")], &["extract", "a.wgsl"], 1, &["a.wgsl", "UTF-8"]);
     let open =
