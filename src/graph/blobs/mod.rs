@@ -7,6 +7,7 @@
 mod bounds;
 mod grid;
 mod kernel;
+mod lattice;
 pub mod skeleton;
 mod sum;
 
@@ -16,7 +17,7 @@ pub use kernel::{BLOBBY, Kernel};
 use super::Expr;
 use super::interval::Interval;
 use super::leaf::{DualSlices, Leaf, LeafWgsl};
-use crate::field::Points;
+use crate::field::{LatticeValues, Points};
 use grid::Grid;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -184,6 +185,10 @@ impl Leaf for Blobs {
         self.sum_values(at, out);
     }
 
+    fn lattice(&self) -> Option<&dyn LatticeValues> {
+        Some(self)
+    }
+
     fn gradients(&self, at: Points<'_>, out: DualSlices<'_>) {
         self.sum_gradients(at, out);
     }
@@ -262,6 +267,10 @@ impl Few {
 impl Leaf for Few {
     fn values(&self, at: Points<'_>, out: &mut [f32]) {
         self.sum_values(at, out);
+    }
+
+    fn lattice(&self) -> Option<&dyn LatticeValues> {
+        Some(self)
     }
 
     fn gradients(&self, at: Points<'_>, out: DualSlices<'_>) {
