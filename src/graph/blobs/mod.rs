@@ -31,8 +31,8 @@ pub const MOST: usize = 1 << 28;
 const LARGEST: f32 = 1e15;
 /// 2⁻⁷⁰: smaller weights are taken for 0, since drivers may take their products for 0.
 const LEAST_WEIGHT: f32 = f32::from_bits((127 - 70) << 23);
-/// Components of a part that is worth a list of its own.
-const FEW: usize = 128;
+/// Components of a part that is worth a list of its own: more are found faster by the grids.
+const FEW: usize = 16;
 const WGSL: &str = include_str!("../../../shaders/graph/blobs.wgsl");
 /// Words of data before the grids' own, and of each grid.
 const HEADER: usize = 3;
