@@ -57,7 +57,7 @@ pub fn part() -> Result<Expr, ShapeError> {
             cuts.push(at(&cylinder(0.7, 10.0), x + 7.0 * c, 7.0 * s, 14.0));
         }
     }
-    // Dimples that mark the top, and a twisted key way.
+    // Dimples that mark the top, and a hollow for a thumb.
     for i in 0..7 {
         cuts.push(at(&sphere(1.5), -12.0 + 4.0 * f64::from(i), 25.0, 8.5));
     }
