@@ -1,8 +1,7 @@
 //! The CPU path: the twins of every stage, end to end, on all cores.
 
 use super::{ExtractError, Options, Report, STAGES, Source, check, stage_index as at};
-use crate::field::NoForm;
-use crate::grid::SAMPLES_PER_BRICK;
+use crate::field::{Field, NoForm};
 use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
@@ -11,12 +10,11 @@ use crate::stage::cull::cpu::{NO_SLOT, compact, cull, range};
 use crate::stage::emit::cpu::{Beside, EdgeNumbers, emit_field_vertices, emit_indices, emit_volume_vertices};
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
-use crate::stage::sample::cpu::sample;
+use crate::stage::sample::row::Sampler;
 use crate::stage::samples::Samples;
 use crate::stage::scan::cpu::scan;
 use crate::table::MARCHING_CUBES;
 use bytemuck::Zeroable;
-use glam::UVec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -113,17 +111,16 @@ pub fn extract_on_cpu(
     tasks(&counts, &mut mesh)
         .into_par_iter()
         .map(|task| {
-            let mut scratch = [0.0; SAMPLES_PER_BRICK];
+            let mut sampler = Sampler::default();
             let mut numbers = EdgeNumbers::new();
             let (mut vertices, mut triangles) = (task.vertices, task.triangles);
+            let end = task.slots.end;
             for slot in task.slots {
                 let size = [0, 1].map(|i| (counts[slot + 1][i] - counts[slot][i]) as usize);
                 let (own_vertices, own_triangles);
                 (own_vertices, vertices) = vertices.split_at_mut(size[0]);
                 (own_triangles, triangles) = triangles.split_at_mut(size[1]);
-                let origin = params.brick_origin(active[slot]);
-                let source = &pruned(source, &culled, &params, active[slot]);
-                let samples = brick_samples(source, &params, origin, &mut scratch)?;
+                let samples = brick_samples(source, &culled, &params, &active[slot..end], &mut sampler)?;
                 let record = &records[slot];
                 let beside = Beside::new(&params, &slots, &records, &counts, active[slot]);
                 emit_indices(
@@ -135,12 +132,13 @@ pub fn extract_on_cpu(
                     &mut numbers,
                     own_triangles,
                 );
-                match source {
+                let origin = params.brick_origin(active[slot]);
+                match pruned(source, &culled, &params, active[slot]) {
                     Source::Volume(volume) => {
                         emit_volume_vertices(&params, inside, volume.values(), origin, record, own_vertices);
                     }
                     Source::Field(field, _) => {
-                        emit_field_vertices(&params, inside, *field, origin, &samples, record, own_vertices)?;
+                        emit_field_vertices(&params, inside, field, origin, &samples, record, own_vertices)?;
                     }
                 }
             }
@@ -206,12 +204,10 @@ fn classify_bricks(
     inside: Inside,
     bricks: &[u32],
 ) -> Result<Kept, NoForm> {
-    let mut scratch = [0.0; SAMPLES_PER_BRICK];
+    let mut sampler = Sampler::default();
     let mut kept = Kept::default();
-    for &brick in bricks {
-        let origin = params.brick_origin(brick);
-        let source = &pruned(source, culled, params, brick);
-        let samples = brick_samples(source, params, origin, &mut scratch)?;
+    for (i, &brick) in bricks.iter().enumerate() {
+        let samples = brick_samples(source, culled, params, &bricks[i..], &mut sampler)?;
         let mut record = BrickRecord::zeroed();
         let count = classify(&MARCHING_CUBES, inside, &samples, &mut record);
         if matches!(source, Source::Field(..)) {
@@ -255,21 +251,35 @@ impl<'a> Progress<'a> {
     }
 }
 
-/// A brick's samples: where they lie in a volume, or evaluated into `scratch`.
+/// The samples of the first of `bricks`: where they lie in a volume, or evaluated.
 #[inline(always)]
 fn brick_samples<'a>(
-    source: &'a Source<'_>,
+    source: &Source<'a>,
+    culled: &Culled,
     params: &Params,
-    origin: UVec3,
-    scratch: &'a mut [f32; SAMPLES_PER_BRICK],
+    bricks: &[u32],
+    sampler: &'a mut Sampler,
 ) -> Result<Samples<'a>, NoForm> {
-    Ok(match source {
-        Source::Volume(volume) => Samples::of_volume(volume.values(), params.points, origin),
-        Source::Field(field, _) => {
-            sample(params, *field, origin, scratch)?;
-            Samples::of_brick(scratch, params.points, origin)
+    let brick = bricks[0];
+    match *source {
+        Source::Volume(volume) => {
+            Ok(Samples::of_volume(volume.values(), params.points, params.brick_origin(brick)))
         }
-    })
+        Source::Field(whole, _) => {
+            let field = culled.field_in(params, brick, whole);
+            sampler.brick(params, field, brick, || row_of(culled, params, whole, bricks))
+        }
+    }
+}
+
+/// How many of `bricks`, from the first on, follow each other along x and have the same field.
+fn row_of(culled: &Culled, params: &Params, whole: &dyn Field, bricks: &[u32]) -> u32 {
+    let field = |brick: u32| std::ptr::from_ref(culled.field_in(params, brick, whole)).cast::<()>();
+    let (first, row) = (field(bricks[0]), bricks[0] / params.slab_extent[0]);
+    let follows = |(brick, at): &(&u32, u32)| {
+        **brick == *at && at / params.slab_extent[0] == row && std::ptr::eq(field(*at), first)
+    };
+    bricks.iter().zip(bricks[0]..).take_while(follows).count() as u32
 }
 
 /// NaN and infinite samples at the brick's own points.

@@ -94,6 +94,13 @@ pub struct Within {
     pub field: Option<Arc<dyn Field>>,
 }
 
+/// Values at many points at once that lie in a lattice.
+pub trait LatticeValues {
+    /// The values at every x of `axes` with every y and every z, x fastest; those that [`Field::values`] gives, bit for
+    /// bit. `false`, and nothing known of `out`, where the axes are not made for it.
+    fn lattice_values(&self, axes: [&[f32]; 3], out: &mut [f32]) -> bool;
+}
+
 /// A density field over world space.
 ///
 /// Either of [`Field::values`] and [`Field::wgsl`] may be missing, not both.
@@ -106,6 +113,11 @@ pub trait Field: Send + Sync + fmt::Debug {
     /// # Errors
     /// [`NoForm::Cpu`] if only a GPU evaluates the field.
     fn values(&self, points: Points<'_>, out: &mut [f32]) -> Result<(), NoForm>;
+
+    /// A way to the values at a lattice's points that is faster, if there is one.
+    fn lattice(&self) -> Option<&dyn LatticeValues> {
+        None
+    }
 
     /// The gradients at `points`, of any length: only the direction is used. By default central
     /// differences over ± `delta` world units along each axis.

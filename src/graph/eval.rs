@@ -235,15 +235,7 @@ struct UnaryDual<'a> {
 impl VisitUnary for UnaryDual<'_> {
     #[inline(always)]
     fn visit(self, value: impl Fn(f32) -> f32, (slope,): (impl Fn(f32, f32) -> f32,)) {
-        let Self { a, out } = self;
-        let mut slopes = [0.0; LANES];
-        for i in 0..LANES {
-            out[0][i] = value(a[0][i]);
-            slopes[i] = slope(a[0][i], out[0][i]);
-        }
-        for k in 1..4 {
-            (0..LANES).for_each(|i| out[k][i] = term(slopes[i], a[k][i]));
-        }
+        one_varies(self.a, self.out, value, slope);
     }
 }
 
@@ -260,26 +252,45 @@ impl VisitBinary for BinaryDual<'_> {
         value: impl Fn(f32, f32) -> f32,
         (slope_a, slope_b): (impl Fn(f32, f32, f32) -> f32, impl Fn(f32, f32, f32) -> f32),
     ) {
-        let Self { a, b, out } = self;
-        let of = |dual: Result<&Dual, f32>| dual.map_or_else(|uniform| [uniform; LANES], |dual| dual[0]);
-        let (va, vb) = (of(a), of(b));
-        for i in 0..LANES {
-            out[0][i] = value(va[i], vb[i]);
-        }
         // A uniform has no derivative: its slope, which may be NaN, does not count.
-        for k in 1..4 {
-            for i in 0..LANES {
-                let v = out[0][i];
-                out[k][i] = match (a, b) {
-                    (Ok(a), Ok(b)) => {
-                        term(slope_a(va[i], vb[i], v), a[k][i]) + term(slope_b(va[i], vb[i], v), b[k][i])
-                    }
-                    (Ok(a), Err(_)) => term(slope_a(va[i], vb[i], v), a[k][i]),
-                    (Err(_), Ok(b)) => term(slope_b(va[i], vb[i], v), b[k][i]),
-                    (Err(_), Err(_)) => 0.0,
-                };
+        match (self.a, self.b) {
+            (Ok(a), Ok(b)) => {
+                let [mut slopes_a, mut slopes_b] = [[0.0; LANES]; 2];
+                let [v, derivatives @ ..] = self.out;
+                for i in 0..LANES {
+                    v[i] = value(a[0][i], b[0][i]);
+                    slopes_a[i] = slope_a(a[0][i], b[0][i], v[i]);
+                    slopes_b[i] = slope_b(a[0][i], b[0][i], v[i]);
+                }
+                for (out, (a, b)) in derivatives.iter_mut().zip(a[1..].iter().zip(&b[1..])) {
+                    (0..LANES).for_each(|i| out[i] = term(slopes_a[i], a[i]) + term(slopes_b[i], b[i]));
+                }
+            }
+            (Ok(a), Err(b)) => {
+                one_varies(a, self.out, |a| value(a, b), |a, v| slope_a(a, b, v));
+            }
+            (Err(a), Ok(b)) => {
+                one_varies(b, self.out, |b| value(a, b), |b, v| slope_b(a, b, v));
+            }
+            (Err(a), Err(b)) => {
+                *self.out = [[0.0; LANES]; 4];
+                self.out[0].fill(value(a, b));
             }
         }
+    }
+}
+
+/// An operation whose one operand alone depends on the point.
+#[inline(always)]
+fn one_varies(a: &Dual, out: &mut Dual, value: impl Fn(f32) -> f32, slope: impl Fn(f32, f32) -> f32) {
+    let mut slopes = [0.0; LANES];
+    let [v, derivatives @ ..] = out;
+    for i in 0..LANES {
+        v[i] = value(a[0][i]);
+        slopes[i] = slope(a[0][i], v[i]);
+    }
+    for (out, a) in derivatives.iter_mut().zip(&a[1..]) {
+        (0..LANES).for_each(|i| out[i] = term(slopes[i], a[i]));
     }
 }
 
@@ -292,29 +303,54 @@ fn gradient_of(
     registers: &mut [Dual],
     count: usize,
 ) {
-    // Duals are few at a time: copies keep this simple.
+    let register = |operand| match operand {
+        Operand::Value(i) => i as usize,
+        _ => usize::MAX,
+    };
+    let uniform = |operand| match operand {
+        Operand::Uniform(i) => uniforms[i as usize],
+        _ => 0.0,
+    };
+    // Of choices and leaves, which are few: copies keep them simple.
     let dual = |registers: &[Dual], operand| match operand {
         Operand::Value(i) => Ok(registers[i as usize]),
-        Operand::Uniform(i) => Err(uniforms[i as usize]),
-        Operand::Axis(_) => Err(0.0),
+        other => Err(uniform(other)),
     };
     let [a, b, c] = instruction.operands;
     match instruction.op {
-        Op::Unary(op) => match dual(registers, a) {
-            Ok(a) => op.visit(UnaryDual { a: &a, out: &mut registers[to] }),
-            Err(uniform) => {
+        Op::Unary(op) => {
+            if let Operand::Uniform(_) = a {
                 registers[to] = [[0.0; LANES]; 4];
-                op.visit(Unary { a: Argument::One(uniform), out: &mut registers[to][0] });
+                op.visit(Unary { a: Argument::One(uniform(a)), out: &mut registers[to][0] });
+            } else if let Ok([out, a]) = registers.get_disjoint_mut([to, register(a)]) {
+                op.visit(UnaryDual { a, out });
+            }
+        }
+        Op::Binary(op) => match (a, b) {
+            (Operand::Uniform(_), Operand::Uniform(_)) => {
+                op.visit(BinaryDual { a: Err(uniform(a)), b: Err(uniform(b)), out: &mut registers[to] });
+            }
+            (Operand::Uniform(_), _) => {
+                if let Ok([out, b]) = registers.get_disjoint_mut([to, register(b)]) {
+                    op.visit(BinaryDual { a: Err(uniform(a)), b: Ok(b), out });
+                }
+            }
+            (_, Operand::Uniform(_)) => {
+                if let Ok([out, a]) = registers.get_disjoint_mut([to, register(a)]) {
+                    op.visit(BinaryDual { a: Ok(a), b: Err(uniform(b)), out });
+                }
+            }
+            _ if a == b => {
+                if let Ok([out, a]) = registers.get_disjoint_mut([to, register(a)]) {
+                    op.visit(BinaryDual { a: Ok(a), b: Ok(a), out });
+                }
+            }
+            _ => {
+                if let Ok([out, a, b]) = registers.get_disjoint_mut([to, register(a), register(b)]) {
+                    op.visit(BinaryDual { a: Ok(a), b: Ok(b), out });
+                }
             }
         },
-        Op::Binary(op) => {
-            let (a, b) = (dual(registers, a), dual(registers, b));
-            op.visit(BinaryDual {
-                a: a.as_ref().map_err(|v| *v),
-                b: b.as_ref().map_err(|v| *v),
-                out: &mut registers[to],
-            });
-        }
         Op::Select => {
             let full = |registers: &[Dual], operand| {
                 dual(registers, operand)

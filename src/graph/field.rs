@@ -6,7 +6,7 @@ use super::interval::Interval;
 use super::lower::Program;
 use super::tape::{Code, Tape};
 use super::wgsl;
-use crate::field::{Field, NoForm, Points, Sense, Wgsl, Within};
+use crate::field::{Field, LatticeValues, NoForm, Points, Sense, Wgsl, Within};
 use std::cell::RefCell;
 use std::sync::{Arc, OnceLock};
 
@@ -110,6 +110,10 @@ impl Field for GraphField {
     fn values(&self, points: Points<'_>, out: &mut [f32]) -> Result<(), NoForm> {
         LANES.with_borrow_mut(|registers| eval::values(&self.code, &self.uniforms, points, registers, out));
         Ok(())
+    }
+
+    fn lattice(&self) -> Option<&dyn LatticeValues> {
+        self.code.only_leaf()?.lattice()
     }
 
     fn gradients(&self, points: Points<'_>, _delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {

@@ -3,7 +3,7 @@
 
 use super::eval::LANES;
 use super::interval::Interval;
-use crate::field::Points;
+use crate::field::{LatticeValues, Points};
 use std::fmt;
 use std::sync::Arc;
 
@@ -20,6 +20,11 @@ pub struct DualSlices<'a> {
 pub trait Leaf: Send + Sync + fmt::Debug {
     /// The values at `at`.
     fn values(&self, at: Points<'_>, out: &mut [f32]);
+
+    /// A way to the values at a lattice's points that is faster, if there is one.
+    fn lattice(&self) -> Option<&dyn LatticeValues> {
+        None
+    }
 
     /// The same values, bit for bit, and the derivatives.
     fn gradients(&self, at: Points<'_>, out: DualSlices<'_>);

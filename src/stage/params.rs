@@ -95,6 +95,12 @@ impl Params {
         (UVec3::from(self.slab_first) + UVec3::new(brick % x, brick / x % y, brick / (x * y))) * 8
     }
 
+    /// Whether the grid's axes are those of the world.
+    pub fn is_aligned(&self) -> bool {
+        [self.step_x[1], self.step_x[2], self.step_y[0], self.step_y[2], self.step_z[0], self.step_z[1]]
+            == [0.0; 6]
+    }
+
     /// World position at grid coordinates `q`; as [`Grid::position`].
     #[inline(always)]
     pub fn grid_position(&self, q: Vec3) -> Vec3 {

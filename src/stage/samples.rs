@@ -34,6 +34,14 @@ impl<'a> Samples<'a> {
         Self { data: values, row_pitch: 9, plane_pitch: 81, extent: extent(points, origin) }
     }
 
+    /// The brick at `origin`, whose samples begin where `values` do, in a row of bricks that are sampled together at so
+    /// many points.
+    #[inline(always)]
+    pub fn of_row(values: &'a [f32], sampled: [usize; 3], points: [u32; 3], origin: UVec3) -> Self {
+        let [nx, ny, _] = sampled;
+        Self { data: values, row_pitch: nx, plane_pitch: nx * ny, extent: extent(points, origin) }
+    }
+
     /// The samples of row (y, z).
     #[inline(always)]
     pub fn row(&self, y: usize, z: usize) -> &'a [f32] {

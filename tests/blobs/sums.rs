@@ -109,3 +109,43 @@ fn data_stay_in_proportion() {
     let [low, high] = blobs.support();
     assert!(low[1] <= -1e6 && high[0] >= 1e6 && low[2] <= -1e4);
 }
+
+/// Goes red when a component is added to the points within 0.9 of its radius only.
+#[test]
+fn at_lattices_have_the_same_bits() {
+    let axis = |from: f32, step: f32, count: u32| -> Vec<f32> {
+        (0..count).map(|i| from + step * i as f32).collect()
+    };
+    for (n, of) in KERNELS.into_iter().enumerate() {
+        let whole = Blobs::new(of, some(3000, 60 + n as u64)).unwrap();
+        let few = Blobs::new(of, some(20, 60 + n as u64)).unwrap();
+        let part = few.within([Interval::new(0.9, 1.4); 3]);
+        assert!(part.is_some());
+        for (i, [nx, ny, nz]) in
+            [[9, 9, 9], [1, 1, 1], [33, 1, 7], [3, 20, 2], [130, 9, 9]].into_iter().enumerate()
+        {
+            let from = if i % 2 == 0 { 0.9 } else { -0.7 };
+            let step = 0.5 / nx.max(ny).max(nz) as f32;
+            let axes = [axis(from, step, nx), axis(from, step, ny), axis(0.9, 1.3 * step, nz)];
+            let mut at = [const { Vec::new() }; 3];
+            for (z, y, x) in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x))))
+            {
+                let place = [x, y, z].map(|i| i as usize);
+                (0..3).for_each(|k| at[k].push(axes[k][place[k]]));
+            }
+            let leaves = [Some(&*whole as &dyn Leaf), part.as_deref().filter(|_| i == 0)];
+            for leaf in leaves.into_iter().flatten() {
+                let mut out = vec![f32::NAN; at[0].len()];
+                let axes = [&axes[0][..], &axes[1], &axes[2]];
+                assert!(leaf.lattice().unwrap().lattice_values(axes, &mut out));
+                assert_eq!(bits(&out), bits(&values(leaf, &at)), "{of:?} {nx} {ny} {nz}");
+            }
+        }
+        // Steps of a few last bits, and none at all.
+        for uneven in [axis(0.5, 1e-7, 9), vec![1.0, 0.0], vec![0.0, 1.0, 1.5], vec![f32::NAN; 2]] {
+            let mut out = vec![0.0; uneven.len()];
+            let lattice = whole.lattice().unwrap();
+            assert!(!lattice.lattice_values([&uneven, &[0.0], &[0.0]], &mut out), "{uneven:?}");
+        }
+    }
+}

@@ -2,6 +2,8 @@
 
 use crate::{field, gradients, values};
 use isoforge::field::Field;
+use isoforge::graph::lower::Program;
+use isoforge::graph::tape::Code;
 use isoforge::graph::{Expr, ParameterError, x, y, z};
 
 #[test]
@@ -57,4 +59,17 @@ fn what_has_no_derivative_has_none() {
     // The branch that is not taken has an infinite slope at 0.
     let branch = (x() + 1.0).min(x().abs().sqrt() + 5.0);
     assert_eq!(gradients(&field(&branch), &[[0.0, 0.0, 0.0]]), [[1.0, 0.0, 0.0]]);
+}
+
+/// However the joins of a long union are nested, few values are kept at once: a register for each of its parts
+/// would not fit the cache. Goes red when the operand that needs fewer registers comes first.
+#[test]
+fn long_chains_need_few_registers() {
+    let ball = |i: usize| ((x() - i as f64).square() + (y() + 0.5 * i as f64).square()).sqrt() - 1.0;
+    let right = (0..200).map(ball).reduce(|all, next| all.min(next)).unwrap();
+    let left = (0..200).map(ball).reduce(|all, next| next.min(all)).unwrap();
+    for expr in [right, left, isoforge::graph::shapes::union((0..200).map(ball))] {
+        let code = Code::new(&Program::new(&expr).tape);
+        assert!(code.registers < 16, "{}", code.registers);
+    }
 }

@@ -4,12 +4,16 @@
 //! sums of peaks in coarse boxes are taken: enough to see that nothing reaches there.
 
 use super::grid::{Grid, peak_level};
-use super::sum::nearest;
+use super::kernel::{Blobby, InverseSquare, Kernel, Metaball, Profile, SoftObject};
+use super::sum::{From, nearest};
 use super::{Blobs, Few, Stored};
 use crate::graph::interval::{ALL, Interval};
+use multiversion::multiversion;
 
 /// Cells whose components are looked at one by one, at most.
 const FEW_CELLS: u32 = 512;
+/// Components that are looked at together.
+const LANES: usize = 8;
 /// 2⁻²⁰: part by which q may be off where a driver contracts.
 const LESS: f32 = 1.0 - 1.0 / 1_048_576.0;
 const MORE: f32 = 1.0 + 1.0 / 1_048_576.0;
@@ -38,21 +42,40 @@ struct Sums {
     count: u32,
     /// Of the magnitudes of peaks.
     coarse: f32,
+    /// Components that wait for their turn.
+    waiting: [Stored; LANES],
+    waits: usize,
 }
 
 impl Sums {
     #[inline(always)]
-    fn add(&mut self, value: impl Fn(f32) -> f32, component: &Stored, low: [f32; 3], high: [f32; 3]) {
-        let q = nearest(component, low, high, LESS);
-        if q >= 1.0 {
-            return;
+    fn add_run(&mut self, profile: impl Profile, run: &[Stored], low: [f32; 3], high: [f32; 3]) {
+        for component in run {
+            self.waiting[self.waits] = *component;
+            self.waits += 1;
+            if self.waits == LANES {
+                self.take_waiting(profile, low, high);
+            }
         }
-        let near = component[4] * value(q);
-        let far = component[4] * value(farthest(component, low, high));
-        self.lo += if near < far { near } else { far };
-        self.hi += if near < far { far } else { near };
-        self.magnitude += near.abs();
-        self.count += 1;
+    }
+
+    #[inline(always)]
+    fn take_waiting(&mut self, profile: impl Profile, low: [f32; 3], high: [f32; 3]) {
+        let [mut near, mut far, mut reached] = [[0.0; LANES]; 3];
+        for (i, component) in self.waiting.iter().enumerate() {
+            let q = nearest(component, low, high, LESS);
+            near[i] = component[4] * profile.value(q);
+            far[i] = component[4] * profile.value(farthest(component, low, high));
+            reached[i] = if q < 1.0 { 1.0 } else { 0.0 };
+        }
+        // One that does not reach the box adds 0.
+        for i in 0..self.waits {
+            self.lo += if near[i] < far[i] { near[i] } else { far[i] };
+            self.hi += if near[i] < far[i] { far[i] } else { near[i] };
+            self.magnitude += near[i].abs();
+            self.count += reached[i] as u32;
+        }
+        self.waits = 0;
     }
 
     fn add_peaks(&mut self, grid: &Grid, [first, last]: [[u32; 3]; 2]) {
@@ -90,30 +113,48 @@ pub(super) fn corners(at: [Interval; 3]) -> Option<[[f32; 3]; 2]> {
 
 impl Blobs {
     pub(super) fn bounds(&self, at: [Interval; 3]) -> Interval {
-        let Some([low, high]) = corners(at) else { return ALL };
-        let mut sums = Sums::default();
-        for grid in &self.grids {
-            let Some([first, last]) = grid.cells(low, high) else { continue };
-            let [nx, ny, nz] = [0, 1, 2].map(|k| (last[k] - first[k] + 1).min(FEW_CELLS + 1));
-            if nx * ny > FEW_CELLS || nx * ny * nz > FEW_CELLS {
-                sums.add_peaks(grid, [first, last]);
-            } else {
-                for component in grid.runs([first, last]).flat_map(|run| &self.components[run]) {
-                    sums.add(|q| self.kernel.value(q), component, low, high);
-                }
-            }
-        }
-        sums.interval(self.slack)
+        corners(at).map_or(ALL, |[low, high]| bounds(self.kernel, self.from(), low, high, self.slack))
     }
 }
 
 impl Few {
     pub(super) fn bounds(&self, at: [Interval; 3]) -> Interval {
-        let Some([low, high]) = corners(at) else { return ALL };
-        let mut sums = Sums::default();
-        for component in &self.components {
-            sums.add(|q| self.kernel.value(q), component, low, high);
-        }
-        sums.interval(0.0)
+        corners(at)
+            .map_or(ALL, |[low, high]| bounds(self.kernel, From::List(&self.components), low, high, 0.0))
     }
+}
+
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2"))]
+fn bounds(kernel: Kernel, from: From<'_>, low: [f32; 3], high: [f32; 3], slack: f32) -> Interval {
+    match kernel {
+        Kernel::SoftObject => bounds_of(SoftObject, from, low, high, slack),
+        Kernel::Metaball => bounds_of(Metaball, from, low, high, slack),
+        Kernel::Blobby { .. } => bounds_of(Blobby(kernel.falloff()), from, low, high, slack),
+        Kernel::InverseSquare => bounds_of(InverseSquare, from, low, high, slack),
+    }
+}
+
+#[inline(always)]
+fn bounds_of(profile: impl Profile, from: From<'_>, low: [f32; 3], high: [f32; 3], slack: f32) -> Interval {
+    let mut sums = Sums::default();
+    match from {
+        From::List(components) => sums.add_run(profile, components, low, high),
+        From::Grids(grids, components) => {
+            for grid in grids {
+                let Some([first, last]) = grid.cells(low, high) else { continue };
+                let [nx, ny, nz] = [0, 1, 2].map(|k| (last[k] - first[k] + 1).min(FEW_CELLS + 1));
+                if nx * ny > FEW_CELLS || nx * ny * nz > FEW_CELLS {
+                    // In the order of the grids.
+                    sums.take_waiting(profile, low, high);
+                    sums.add_peaks(grid, [first, last]);
+                } else {
+                    for run in grid.runs([first, last]) {
+                        sums.add_run(profile, &components[run], low, high);
+                    }
+                }
+            }
+        }
+    }
+    sums.take_waiting(profile, low, high);
+    sums.interval(slack)
 }

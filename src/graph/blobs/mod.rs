@@ -7,6 +7,7 @@
 mod bounds;
 mod grid;
 mod kernel;
+mod lattice;
 pub mod skeleton;
 mod sum;
 
@@ -16,7 +17,7 @@ pub use kernel::{BLOBBY, Kernel};
 use super::Expr;
 use super::interval::Interval;
 use super::leaf::{DualSlices, Leaf, LeafWgsl};
-use crate::field::Points;
+use crate::field::{LatticeValues, Points};
 use grid::Grid;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -30,8 +31,8 @@ pub const MOST: usize = 1 << 28;
 const LARGEST: f32 = 1e15;
 /// 2⁻⁷⁰: smaller weights are taken for 0, since drivers may take their products for 0.
 const LEAST_WEIGHT: f32 = f32::from_bits((127 - 70) << 23);
-/// Components of a part that is worth a list of its own.
-const FEW: usize = 128;
+/// Components of a part that is worth a list of its own: more are found faster by the grids.
+const FEW: usize = 16;
 const WGSL: &str = include_str!("../../../shaders/graph/blobs.wgsl");
 /// Words of data before the grids' own, and of each grid.
 const HEADER: usize = 3;
@@ -204,6 +205,10 @@ impl Leaf for Blobs {
         self.sum_values(at, out);
     }
 
+    fn lattice(&self) -> Option<&dyn LatticeValues> {
+        Some(self)
+    }
+
     fn gradients(&self, at: Points<'_>, out: DualSlices<'_>) {
         self.sum_gradients(at, out);
     }
@@ -282,6 +287,10 @@ impl Few {
 impl Leaf for Few {
     fn values(&self, at: Points<'_>, out: &mut [f32]) {
         self.sum_values(at, out);
+    }
+
+    fn lattice(&self) -> Option<&dyn LatticeValues> {
+        Some(self)
     }
 
     fn gradients(&self, at: Points<'_>, out: DualSlices<'_>) {

@@ -24,7 +24,7 @@ pub(super) enum From<'a> {
 }
 
 impl Blobs {
-    fn from(&self) -> From<'_> {
+    pub(super) fn from(&self) -> From<'_> {
         From::Grids(&self.grids, &self.components)
     }
 
@@ -269,6 +269,12 @@ fn gradients_of(
     each_chunk(from, at, lists, &mut Gradients { profile, at, out });
 }
 
+/// The number where the mask is all ones, 0 where it is 0.
+#[inline(always)]
+fn masked(number: f32, mask: u32) -> f32 {
+    f32::from_bits(number.to_bits() & mask)
+}
+
 #[inline(always)]
 fn add_gradients(
     profile: impl Profile,
@@ -278,15 +284,23 @@ fn add_gradients(
     let [mut sum, mut by_x, mut by_y, mut by_z] = [[0.0; LANES]; 4];
     for &[cx, cy, cz, inverse_square, weight] in components {
         let twice = inverse_square + inverse_square;
+        // Step by step, and masked as integers: of choices the compiler makes stores of some lanes only, which the next
+        // component's loads wait for.
+        let [mut values, mut slopes] = [[0.0; LANES]; 2];
+        let mut masks = [0; LANES];
         for i in 0..LANES {
             let (dx, dy, dz) = (x[i] - cx, y[i] - cy, z[i] - cz);
             let q = (dx * dx + dy * dy + dz * dz) * inverse_square;
-            sum[i] += weight * profile.value(q);
-            // An infinite distance has no direction.
-            let slope = if q < 1.0 { (weight * profile.slope(q)) * twice } else { 0.0 };
-            by_x[i] += slope * if q < 1.0 { dx } else { 0.0 };
-            by_y[i] += slope * if q < 1.0 { dy } else { 0.0 };
-            by_z[i] += slope * if q < 1.0 { dz } else { 0.0 };
+            values[i] = weight * profile.value(q);
+            masks[i] = if q < 1.0 { u32::MAX } else { 0 };
+            slopes[i] = masked((weight * profile.slope(q)) * twice, masks[i]);
+        }
+        // An infinite distance has no direction.
+        for i in 0..LANES {
+            sum[i] += values[i];
+            by_x[i] += slopes[i] * masked(x[i] - cx, masks[i]);
+            by_y[i] += slopes[i] * masked(y[i] - cy, masks[i]);
+            by_z[i] += slopes[i] * masked(z[i] - cz, masks[i]);
         }
     }
     [sum, by_x, by_y, by_z]

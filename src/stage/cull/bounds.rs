@@ -16,8 +16,10 @@ use std::sync::Arc;
 
 /// Bricks along the edge of a block.
 const BLOCK: u32 = 4;
-/// Bricks along the edge of the boxes that are shared out among the threads.
+/// Bricks along the edge of the boxes that are looked at first.
 const LARGEST: u32 = 32;
+/// Bricks along the edge of the boxes that one thread takes.
+const SHARED: u32 = 8;
 
 /// The bricks that may hold surface, in order, and the pruned fields of their blocks.
 #[derive(Debug, Default)]
@@ -29,6 +31,12 @@ pub struct Culled {
 }
 
 impl Culled {
+    fn joined(mut self, other: Self) -> Self {
+        self.active.extend(other.active);
+        self.fields.extend(other.fields);
+        self
+    }
+
     /// A field that is the same as the whole one in that brick.
     pub fn field_in<'a>(&'a self, params: &Params, brick: u32, whole: &'a dyn Field) -> &'a dyn Field {
         if self.fields.is_empty() {
@@ -72,11 +80,7 @@ pub fn cull_field(params: &Params, field: &dyn Field) -> Culled {
         descend(params, field, None, first, LARGEST, &mut found);
         found
     });
-    let mut all = parts.reduce(Culled::default, |mut a, b| {
-        a.active.extend(b.active);
-        a.fields.extend(b.fields);
-        a
-    });
+    let mut all = parts.reduce(Culled::default, Culled::joined);
     all.active.par_sort_unstable();
     all
 }
@@ -114,9 +118,21 @@ fn descend(
     }
     // Blocks are divided into bricks at once, larger boxes into eight.
     let (parts, next) = if side == BLOCK { (BLOCK, 1) } else { (2, side / 2) };
-    for i in 0..parts * parts * parts {
+    let of_part = |i: u32, found: &mut Culled| {
         let place = UVec3::new(i % parts, i / parts % parts, i / (parts * parts));
         descend(params, field, pruned, first + place * next, next, found);
+    };
+    let count = parts * parts * parts;
+    if side > SHARED {
+        let of_parts = (0..count).into_par_iter().map(|i| {
+            let mut found = Culled::default();
+            of_part(i, &mut found);
+            found
+        });
+        let of_parts = of_parts.reduce(Culled::default, Culled::joined);
+        *found = std::mem::take(found).joined(of_parts);
+    } else {
+        (0..count).for_each(|i| of_part(i, found));
     }
 }
 

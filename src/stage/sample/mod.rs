@@ -4,6 +4,7 @@
 //! the next that reads them. Volumes need no such stage: their samples are read where they lie.
 
 pub mod cpu;
+pub mod row;
 
 use super::shaders;
 use crate::field::Wgsl;

@@ -35,9 +35,8 @@ fn crossing(iso: f32, a: f32, b: f32) -> f32 {
 
 /// Vertices whose arithmetic is done together.
 const LANES: usize = 16;
-
-/// One number a vertex.
-type Lane = [f32; LANES];
+/// Of fields: as many as their evaluators take at a time.
+const FIELD_LANES: usize = crate::graph::eval::LANES;
 
 fn largest(v: Vec3) -> f32 {
     v.x.abs().max(v.y.abs().max(v.z.abs()))
@@ -53,26 +52,26 @@ pub fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
     scaled / ((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z).sqrt() + Vec3::ZERO
 }
 
-/// Crossed edges of a brick, as many as [`LANES`], and their vertices.
-struct Crossings {
+/// Crossed edges of a brick, as many as `N`, and their vertices.
+struct Crossings<const N: usize> {
     /// Grid coordinates of the edges' owners.
-    owner: [Lane; 3],
+    owner: [[f32; N]; 3],
     /// 1 for the edge's axis, 0 for the others.
-    axis: [Lane; 3],
+    axis: [[f32; N]; 3],
     /// The samples at the edges' ends.
-    ends: [Lane; 2],
+    ends: [[f32; N]; 2],
     /// Fractions of the edges at which the vertices lie.
-    t: Lane,
+    t: [f32; N],
     /// World positions of the vertices.
-    position: [Lane; 3],
+    position: [[f32; N]; 3],
 }
 
-impl Crossings {
+impl<const N: usize> Crossings<N> {
     #[inline(always)]
     fn new() -> Self {
-        let [owner, axis, position] = [[[0.0; LANES]; 3]; 3];
+        let [owner, axis, position] = [[[0.0; N]; 3]; 3];
         // Lanes that no edge fills must not look like the rare cases that are done one by one.
-        Self { owner, axis, ends: [[0.0; LANES], [1.0; LANES]], t: [0.0; LANES], position }
+        Self { owner, axis, ends: [[0.0; N], [1.0; N]], t: [0.0; N], position }
     }
 
     #[inline(always)]
@@ -91,7 +90,7 @@ impl Crossings {
     fn place(&mut self, params: &Params) {
         let [a, b] = &self.ends;
         let mut small = false;
-        for i in 0..LANES {
+        for i in 0..N {
             // `crossing`, without its rare case.
             let t = (params.iso - a[i]) / (b[i] - a[i]);
             small |= (b[i] - a[i]).abs() < SMALL;
@@ -102,13 +101,13 @@ impl Crossings {
             self.t[i] = if sure { t } else { 0.5 };
         }
         if small {
-            for i in 0..LANES {
+            for i in 0..N {
                 self.t[i] = crossing(params.iso, a[i], b[i]);
             }
         }
         for k in 0..3 {
             let [x, y, z] = [params.step_x[k], params.step_y[k], params.step_z[k]];
-            for i in 0..LANES {
+            for i in 0..N {
                 let t = self.t[i];
                 let qx = self.owner[0][i] + self.axis[0][i] * t;
                 let qy = self.owner[1][i] + self.axis[1][i] * t;
@@ -127,11 +126,11 @@ impl Crossings {
 
     /// Writes the vertices with `vectors`, at unit length, as normals.
     #[inline(always)]
-    fn write(&self, params: &Params, inside: Inside, vectors: &[Lane; 3], vertices: &mut [Vertex]) {
-        let mut normals = [[0.0; LANES]; 3];
+    fn write(&self, params: &Params, inside: Inside, vectors: &[[f32; N]; 3], vertices: &mut [Vertex]) {
+        let mut normals = [[0.0; N]; 3];
         let mut unknown = 0u32;
         let [x, y, z] = vectors;
-        for i in 0..LANES {
+        for i in 0..N {
             // `unit_or`, without its fallback.
             let larger = |a: f32, b: f32| if a > b { a } else { b };
             let most = larger(x[i].abs(), larger(y[i].abs(), z[i].abs()));
@@ -141,7 +140,7 @@ impl Crossings {
             [normals[0][i], normals[1][i], normals[2][i]] =
                 [sx / length + 0.0, sy / length + 0.0, sz / length + 0.0];
         }
-        for i in 0..LANES {
+        for i in 0..N {
             let finite =
                 (x[i].abs() < f32::INFINITY) & (y[i].abs() < f32::INFINITY) & (z[i].abs() < f32::INFINITY);
             let long = (x[i].abs() >= LEAST_GRADIENT)
@@ -149,12 +148,12 @@ impl Crossings {
                 | (z[i].abs() >= LEAST_GRADIENT);
             unknown |= u32::from(!(finite & long));
         }
-        for (i, vertex) in vertices.iter_mut().take(LANES).enumerate() {
+        for (i, vertex) in vertices.iter_mut().take(N).enumerate() {
             let position = [self.position[0][i], self.position[1][i], self.position[2][i]];
             *vertex = Vertex { position, normal: [normals[0][i], normals[1][i], normals[2][i]] };
         }
         if unknown != 0 {
-            for (i, vertex) in vertices.iter_mut().take(LANES).enumerate() {
+            for (i, vertex) in vertices.iter_mut().take(N).enumerate() {
                 let vector = Vec3::new(x[i], y[i], z[i]);
                 vertex.normal = unit_or(vector, self.outwards(params, inside, i)).into();
             }
@@ -229,7 +228,7 @@ fn volume_vertices<const INTERIOR: bool>(
     let [nx, ny, _] = params.points.map(|n| n as usize);
     let pitch = [1, nx, nx * ny];
     let mut edges = Edges::new(record);
-    let mut batch = Crossings::new();
+    let mut batch = Crossings::<LANES>::new();
     // At both ends of the edges, along the axes.
     let mut slopes = [[[1.0; LANES]; 3]; 2];
     for vertices in vertices.chunks_mut(LANES) {
@@ -312,8 +311,8 @@ fn field_vertices(
     vertices: &mut [Vertex],
 ) -> Result<(), NoForm> {
     let mut edges = Edges::new(record);
-    let mut batch = Crossings::new();
-    for vertices in vertices.chunks_mut(LANES) {
+    let mut batch = Crossings::<FIELD_LANES>::new();
+    for vertices in vertices.chunks_mut(FIELD_LANES) {
         for (i, (local, axis)) in (0..vertices.len()).zip(&mut edges) {
             let [x, y, z] = local.map(|n| n as usize);
             let a = samples.at(x, y, z);
@@ -327,13 +326,13 @@ fn field_vertices(
         }
         batch.place(params);
         let count = vertices.len();
-        let mut gradients = [[1.0; 3]; LANES];
+        let mut gradients = [[1.0; 3]; FIELD_LANES];
         let [x, y, z] = &batch.position;
         let points = Points { x: &x[..count], y: &y[..count], z: &z[..count] };
         field.gradients(points, params.delta, &mut gradients[..count])?;
-        let mut vectors = [[0.0; LANES]; 3];
+        let mut vectors = [[0.0; FIELD_LANES]; 3];
         for (k, vector) in vectors.iter_mut().enumerate() {
-            for i in 0..LANES {
+            for i in 0..FIELD_LANES {
                 vector[i] = gradients[i][k] * params.outward_sign;
             }
         }
