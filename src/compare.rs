@@ -1,7 +1,7 @@
 //! Both backends stage by stage: each CPU twin gets the bytes that the GPU's earlier stages left, and
 //! its output is held against the GPU's. What the `compare` command prints and the parity tests check.
 
-use crate::extract::{ExtractError, Extractor, Options, Source, Workspace, extract_on_cpu};
+use crate::extract::{ExtractError, Extractor, Normals, Options, Source, Workspace, extract_on_cpu};
 use crate::field::{Field, NoForm, Points, Sense, Wgsl};
 use crate::gpu::GpuError;
 use crate::grid::SAMPLES_PER_BRICK;
@@ -10,7 +10,9 @@ use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
 use crate::stage::cull::bounds::bounds;
 use crate::stage::cull::cpu::{compact, cull, keep_all, range};
-use crate::stage::emit::cpu::{Beside, EdgeNumbers, emit_field_vertices, emit_indices, emit_volume_vertices};
+use crate::stage::emit::cpu::{
+    Beside, EdgeNumbers, Gradients, emit_field_vertices, emit_indices, emit_volume_vertices,
+};
 use crate::stage::inside::{Inside, from_order_key, order_key};
 use crate::stage::params::Params;
 use crate::stage::sample::cpu::sample;
@@ -170,7 +172,7 @@ pub fn compare(
     let mesh = extraction.mesh.read(extractor.gpu())?;
     let gpu = Snapshot::read(extractor, &space)?;
     let sense = options.sense.unwrap_or(source.sense());
-    let params = Params::new(source.grid(), options.iso, sense);
+    let params = Params::new(source.grid(), options.iso, sense).with_normals(options.normals);
     let inside = Inside::new(options.iso, sense);
 
     let mut found = Comparison { rows: Vec::new(), notes: Vec::new() };
@@ -178,7 +180,7 @@ pub fn compare(
     let sampled = compare_sample(&mut found, source, &params, &gpu)?;
     let counts = compare_classify(&mut found, source, &params, inside, &gpu);
     found.rows.push(Row::exact("scan", "offsets", &gpu.offsets, &counts));
-    compare_emit(&mut found, source, &params, inside, &gpu, &mesh)?;
+    compare_emit(&mut found, source, options.normals, &params, inside, &gpu, &mesh)?;
     if sampled {
         compare_whole(&mut found, source, options, &mesh)?;
     } else {
@@ -311,6 +313,7 @@ fn compare_classify(
 fn compare_emit(
     found: &mut Comparison,
     source: &Source<'_>,
+    normals: Normals,
     params: &Params,
     inside: Inside,
     gpu: &Snapshot,
@@ -330,11 +333,12 @@ fn compare_emit(
                 emit_volume_vertices(params, inside, volume.values(), origin, record, &mut vertices);
             }
             Source::Field(field, _) => {
-                let done =
-                    emit_field_vertices(params, inside, *field, origin, &samples, record, &mut vertices);
+                let own = Gradients { normals, here: *field, whole: *field };
+                let done = emit_field_vertices(params, inside, &own, origin, &samples, record, &mut vertices);
                 if done == Err(NoForm::Cpu) {
                     has_normals = false;
-                    emit_field_vertices(params, inside, &NoNormals, origin, &samples, record, &mut vertices)?;
+                    let none = Gradients { normals: Normals::Exact, here: &NoNormals, whole: &NoNormals };
+                    emit_field_vertices(params, inside, &none, origin, &samples, record, &mut vertices)?;
                 }
             }
         }
@@ -419,7 +423,7 @@ impl Field for NoNormals {
     fn values(&self, _: Points<'_>, _: &mut [f32]) -> Result<(), NoForm> {
         Err(NoForm::Cpu)
     }
-    fn gradients(&self, _: Points<'_>, _: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+    fn gradients(&self, _: Points<'_>, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
         out.fill([0.0; 3]);
         Ok(())
     }

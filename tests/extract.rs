@@ -5,6 +5,8 @@ mod capacity;
 mod common;
 #[path = "extract/cut.rs"]
 mod cut;
+#[path = "extract/differences.rs"]
+mod differences;
 #[path = "extract/fail.rs"]
 mod fail;
 #[path = "extract/user.rs"]

@@ -1,6 +1,7 @@
 //! Every assembled shader, without a GPU: it parses and validates, its structures lie as in Rust, its
 //! bindings are those of `gpu::kernel::binding`, and it stays within what every adapter has.
 
+use isoforge::extract::Normals;
 use isoforge::field::user::UserField;
 use isoforge::field::{Field, PARAMETER_VECTORS, Sense, Wgsl, named};
 use isoforge::gpu::MESH_HEADER_BYTES;
@@ -71,7 +72,7 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
         ("scan".to_string(), shaders::scan()),
         ("cull, volume".into(), shaders::cull(Samples::Volume)),
         ("classify, volume".into(), shaders::classify(Samples::Volume)),
-        ("emit, volume".into(), shaders::emit(Samples::Volume)),
+        ("emit, volume".into(), shaders::emit(Samples::Volume, Normals::Exact)),
     ];
     for (name, wgsl) in fields() {
         let samples = Samples::Field(&wgsl);
@@ -79,7 +80,9 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
         sources.push((format!("sample, {name}"), shaders::sample(&wgsl)));
         sources.extend(shaders::bounds(&wgsl).map(|source| (format!("bounds, {name}"), source)));
         sources.push((format!("classify, {name}"), shaders::classify(samples)));
-        sources.push((format!("emit, {name}"), shaders::emit(samples)));
+        for normals in [Normals::Exact, Normals::Forward { delta: None }, Normals::Central { delta: None }] {
+            sources.push((format!("emit {normals:?}, {name}"), shaders::emit(samples, normals)));
+        }
     }
     let parsed = sources.into_iter().map(|(name, source)| match parse(&source) {
         Ok((module, info)) => (name, module, info),

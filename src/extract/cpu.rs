@@ -8,7 +8,9 @@ use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
 use crate::stage::cull::bounds::{Culled, cull_field};
 use crate::stage::cull::cpu::{NO_SLOT, compact, cull, range};
-use crate::stage::emit::cpu::{Beside, EdgeNumbers, emit_field_vertices, emit_indices, emit_volume_vertices};
+use crate::stage::emit::cpu::{
+    Beside, EdgeNumbers, Gradients, emit_field_vertices, emit_indices, emit_volume_vertices,
+};
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
 use crate::stage::sample::cpu::sample;
@@ -30,7 +32,7 @@ const TASK: usize = 32;
 /// rounds as IEEE 754 says.
 ///
 /// # Errors
-/// [`ExtractError::Iso`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
+/// [`ExtractError::Iso`], [`ExtractError::Delta`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
 /// [`ExtractError::TooManyBricks`], [`ExtractError::NoForm`].
 pub fn extract_on_cpu(
     source: &Source<'_>,
@@ -39,7 +41,7 @@ pub fn extract_on_cpu(
 ) -> Result<(Mesh, Report), ExtractError> {
     check(source, options)?;
     let sense = options.sense.unwrap_or(source.sense());
-    let params = Params::new(source.grid(), options.iso, sense);
+    let params = Params::new(source.grid(), options.iso, sense).with_normals(options.normals);
     let inside = Inside::new(options.iso, sense);
     let mut clock = Clock { since: Instant::now(), seconds: [None; STAGES.len()] };
 
@@ -122,8 +124,8 @@ pub fn extract_on_cpu(
                 (own_vertices, vertices) = vertices.split_at_mut(size[0]);
                 (own_triangles, triangles) = triangles.split_at_mut(size[1]);
                 let origin = params.brick_origin(active[slot]);
-                let source = &pruned(source, &culled, &params, active[slot]);
-                let samples = brick_samples(source, &params, origin, &mut scratch)?;
+                let here = &pruned(source, &culled, &params, active[slot]);
+                let samples = brick_samples(here, &params, origin, &mut scratch)?;
                 let record = &records[slot];
                 let beside = Beside::new(&params, &slots, &records, &counts, active[slot]);
                 emit_indices(
@@ -135,12 +137,13 @@ pub fn extract_on_cpu(
                     &mut numbers,
                     own_triangles,
                 );
-                match source {
-                    Source::Volume(volume) => {
-                        emit_volume_vertices(&params, inside, volume.values(), origin, record, own_vertices);
+                match (here, source) {
+                    (Source::Field(here, _), Source::Field(whole, _)) => {
+                        let field = Gradients { normals: options.normals, here: *here, whole: *whole };
+                        emit_field_vertices(&params, inside, &field, origin, &samples, record, own_vertices)?;
                     }
-                    Source::Field(field, _) => {
-                        emit_field_vertices(&params, inside, *field, origin, &samples, record, own_vertices)?;
+                    (Source::Volume(volume), _) | (_, Source::Volume(volume)) => {
+                        emit_volume_vertices(&params, inside, volume.values(), origin, record, own_vertices);
                     }
                 }
             }

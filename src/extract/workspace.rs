@@ -154,6 +154,7 @@ impl Workspace {
     }
 
     pub(super) fn params(&self, options: &Options, slab: Slab) -> Params {
+        let sense = options.sense.unwrap_or(self.sense);
         Params {
             own_bricks: slab.own_bricks,
             slab_first: slab.first.into(),
@@ -161,7 +162,7 @@ impl Workspace {
             slab_extent: slab.extent.into(),
             source_first: slab.first_point.into(),
             source_extent: slab.points.into(),
-            ..Params::new(&self.grid, options.iso, options.sense.unwrap_or(self.sense))
+            ..Params::new(&self.grid, options.iso, sense).with_normals(options.normals)
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::inside::order_key;
 use crate::field::Sense;
+use crate::field::differences::Normals;
 use crate::grid::Grid;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec3, Vec3};
@@ -41,7 +42,7 @@ pub struct Params {
     pub padding: [u32; 2],
 }
 
-/// Gradients of fields without their own are differences over this part of the shortest step.
+/// Differences are taken over this part of the shortest step unless the caller says.
 const DELTA: f64 = 0.01;
 
 impl Params {
@@ -86,6 +87,14 @@ impl Params {
             vertex_capacity: u32::MAX,
             padding: [0; 2],
         }
+    }
+
+    /// The step of differences that `normals` asks for, if it does.
+    #[must_use]
+    pub fn with_normals(self, normals: Normals) -> Self {
+        // As in `new`.
+        let delta = normals.delta().map_or(self.delta, |delta| delta.max(f32::MIN_POSITIVE));
+        Self { delta, ..self }
     }
 
     /// Lowest point of a brick of the slab.

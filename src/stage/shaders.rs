@@ -2,6 +2,7 @@
 //! source of samples it reads.
 
 use crate::field::Wgsl;
+use crate::field::differences::Normals;
 
 const PARAMS: &str = include_str!("../../shaders/shared/params.wgsl");
 const WORK: &str = include_str!("../../shaders/shared/work.wgsl");
@@ -18,7 +19,8 @@ pub const NOISE: &str = include_str!("../../shaders/shared/noise.wgsl");
 const VOLUME: &str = include_str!("../../shaders/source/volume.wgsl");
 const BRICKS: &str = include_str!("../../shaders/source/bricks.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
-const DIFFERENCES: &str = include_str!("../../shaders/source/differences.wgsl");
+const CENTRAL: &str = include_str!("../../shaders/source/central.wgsl");
+const FORWARD: &str = include_str!("../../shaders/source/forward.wgsl");
 const STRADDLES: &str = include_str!("../../shaders/shared/straddles.wgsl");
 const EXACT: &str = include_str!("../../shaders/graph/exact.wgsl");
 const INTERVAL: &str = include_str!("../../shaders/graph/interval.wgsl");
@@ -97,14 +99,15 @@ pub fn scan() -> String {
     link(&[PARAMS, WORK, SCAN])
 }
 
-/// The emit stage.
-pub fn emit(samples: Samples<'_>) -> String {
+/// The emit stage; `normals` says where a field's come from.
+pub fn emit(samples: Samples<'_>, normals: Normals) -> String {
     let source = match samples {
         Samples::Volume => link(&[VOLUME, NO_LOOPS]),
         Samples::Field(wgsl) => {
-            let functions = match &wgsl.gradient {
-                Some(own) => own.to_string(),
-                None => link(&[&wgsl.value, DIFFERENCES]),
+            let functions = match (normals, &wgsl.gradient) {
+                (Normals::Exact, Some(own)) => own.to_string(),
+                (Normals::Exact | Normals::Central { .. }, _) => link(&[&wgsl.value, CENTRAL]),
+                (Normals::Forward { .. }, _) => link(&[&wgsl.value, FORWARD]),
             };
             link(&[BRICKS, &field_part(wgsl, &functions), GRADIENT])
         }

@@ -3,6 +3,7 @@
 //! Where the shader gives a vertex to an invocation, the twin gathers the crossings of a brick into
 //! arrays, `LANES` at a time, and the arithmetic of the shader runs over the arrays.
 
+use crate::field::differences::{Normals, central, forward};
 use crate::field::{Field, NoForm, Points};
 use crate::mesh::Vertex;
 use crate::stage::classify::BrickRecord;
@@ -284,6 +285,30 @@ fn slope<const INTERIOR: bool>(
     if lower && upper { (high - low) * 0.5 } else { high - low }
 }
 
+/// Where the normals of a brick of a field come from.
+#[derive(Debug, Clone, Copy)]
+pub struct Gradients<'a> {
+    /// How.
+    pub normals: Normals,
+    /// The field as it is within the brick.
+    pub here: &'a dyn Field,
+    /// The field as it is everywhere: differences reach out of the brick.
+    pub whole: &'a dyn Field,
+}
+
+impl Gradients<'_> {
+    fn at(&self, points: Points<'_>, delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+        match self.normals {
+            Normals::Exact => match self.here.gradients(points, out) {
+                Err(NoForm::Gradient) => central(self.whole, points, delta, out),
+                done => done,
+            },
+            Normals::Central { .. } => central(self.whole, points, delta, out),
+            Normals::Forward { .. } => forward(self.whole, points, delta, out),
+        }
+    }
+}
+
 /// The vertices of a brick of a field: normals from the field's gradients at the vertices.
 ///
 /// # Errors
@@ -292,7 +317,7 @@ fn slope<const INTERIOR: bool>(
 pub fn emit_field_vertices(
     params: &Params,
     inside: Inside,
-    field: &dyn Field,
+    field: &Gradients<'_>,
     origin: UVec3,
     samples: &Samples<'_>,
     record: &BrickRecord,
@@ -305,7 +330,7 @@ pub fn emit_field_vertices(
 fn field_vertices(
     params: &Params,
     inside: Inside,
-    field: &dyn Field,
+    field: &Gradients<'_>,
     origin: [u32; 3],
     samples: &Samples<'_>,
     record: &BrickRecord,
@@ -330,7 +355,7 @@ fn field_vertices(
         let mut gradients = [[1.0; 3]; LANES];
         let [x, y, z] = &batch.position;
         let points = Points { x: &x[..count], y: &y[..count], z: &z[..count] };
-        field.gradients(points, params.delta, &mut gradients[..count])?;
+        field.at(points, params.delta, &mut gradients[..count])?;
         let mut vectors = [[0.0; LANES]; 3];
         for (k, vector) in vectors.iter_mut().enumerate() {
             for i in 0..LANES {
