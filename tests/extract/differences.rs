@@ -3,7 +3,7 @@
 
 use super::{on_cpu, read, same_everywhere};
 use crate::common;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use isoforge::extract::{ExtractError, Normals, Options, Source, extract_on_cpu};
 use isoforge::field::user::UserField;
 use isoforge::field::{Field, Sense};
@@ -32,9 +32,27 @@ fn apart(a: &Mesh, b: &Mesh) -> f64 {
     sum / a.vertices.len() as f64
 }
 
-/// Halving the step halves the error of forward differences, and quarters that of central ones.
+/// Differences of the distance from the origin, in `f64`.
 ///
-/// Goes red when `forward` (`src/field/differences.rs`) moves by half a step.
+/// Goes red when `forward` (`src/field/differences.rs`) moves by half a step, and when `values_beside` moves along x
+/// alone.
+#[test]
+fn differences_are_over_the_step() {
+    let (field, grid) = common::named("sphere", 11);
+    let delta = 0.25;
+    for (normals, low) in [(forward(0.25), 0.0), (central(0.25), -delta)] {
+        let mesh = on_cpu(&Source::Field(&field, grid), &with(normals, 1.0));
+        for vertex in &mesh.vertices {
+            let p = vertex.at().as_dvec3();
+            let along = |axis: DVec3| (p + axis * delta).length() - (p + axis * low).length();
+            let expected = DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z)).normalize();
+            let found = Vec3::from(vertex.normal).as_dvec3();
+            assert!(found.distance(expected) < 1e-5, "{normals:?}: {found} for {expected}");
+        }
+    }
+}
+
+/// Halving the step halves the error of forward differences, and quarters that of central ones.
 #[test]
 fn the_error_follows_the_step() {
     for name in ["sphere", "torus"] {
@@ -60,8 +78,7 @@ fn the_error_follows_the_step() {
 
 /// Steps reach out of the boxes that fields are pruned for on the CPU.
 ///
-/// Goes red when the CPU takes differences of the pruned field, and when `central.wgsl` moves y by the step of x
-/// twice.
+/// Goes red when the CPU takes differences of the pruned field, and when `central.wgsl` leaves out the fences.
 #[test]
 fn both_backends_agree() {
     let ball = |x: f64| sphere(0.4).translate([x, 0.1 * x, -0.2]);
