@@ -14,6 +14,7 @@ use crate::stage::emit::cpu::{
     Beside, EdgeNumbers, Gradients, emit_field_vertices, emit_indices, emit_volume_vertices,
 };
 use crate::stage::inside::{Inside, from_order_key, order_key};
+use crate::stage::normals::cpu::{add_neighbours, average};
 use crate::stage::params::Params;
 use crate::stage::sample::cpu::sample;
 use crate::stage::samples::Samples;
@@ -319,7 +320,7 @@ fn compare_emit(
     gpu: &Snapshot,
     mesh: &Mesh,
 ) -> Result<(), NoForm> {
-    let mut has_normals = true;
+    let (mut has_normals, mut is_marked) = (true, false);
     let mut twin = Mesh::default();
     for (slot, &brick) in gpu.active.iter().enumerate() {
         let size = [0, 1].map(|i| gpu.offsets[slot + 1][i].saturating_sub(gpu.offsets[slot][i]) as usize);
@@ -330,11 +331,13 @@ fn compare_emit(
             (params.brick_origin(brick), &gpu.records[slot], gpu.samples(source, params, slot));
         match source {
             Source::Volume(volume) => {
-                emit_volume_vertices(params, inside, volume.values(), origin, record, &mut vertices);
+                is_marked |=
+                    emit_volume_vertices(params, inside, volume.values(), origin, record, &mut vertices);
             }
             Source::Field(field, _) => {
                 let own = Gradients { normals, here: *field, whole: *field };
                 let done = emit_field_vertices(params, inside, &own, origin, &samples, record, &mut vertices);
+                is_marked |= done == Ok(true);
                 if done == Err(NoForm::Cpu) {
                     has_normals = false;
                     let none = Gradients { normals: Normals::Exact, here: &NoNormals, whole: &NoNormals };
@@ -366,7 +369,11 @@ fn compare_emit(
         allowed.max(f64::MIN_POSITIVE),
     ));
     if has_normals {
-        found.rows.push(Row::close("emit", "normals", parts(mesh, &twin, |v| v.normal), 1e-3));
+        if is_marked {
+            add_neighbours(&mut twin.vertices, &twin.triangles);
+            average(params, &mut twin.vertices);
+        }
+        found.rows.push(Row::close("normals", "normals", parts(mesh, &twin, |v| v.normal), 1e-3));
     }
     Ok(())
 }

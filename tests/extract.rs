@@ -9,6 +9,8 @@ mod cut;
 mod differences;
 #[path = "extract/fail.rs"]
 mod fail;
+#[path = "extract/singular.rs"]
+mod singular;
 #[path = "extract/user.rs"]
 mod user;
 #[path = "extract/workspace.rs"]

@@ -12,6 +12,7 @@ use crate::stage::emit::cpu::{
     Beside, EdgeNumbers, Gradients, emit_field_vertices, emit_indices, emit_volume_vertices,
 };
 use crate::stage::inside::Inside;
+use crate::stage::normals::cpu::{add_neighbours, average};
 use crate::stage::params::Params;
 use crate::stage::sample::cpu::sample;
 use crate::stage::samples::Samples;
@@ -20,7 +21,7 @@ use crate::table::MARCHING_CUBES;
 use bytemuck::Zeroable;
 use glam::UVec3;
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Bricks that one task takes.
@@ -112,6 +113,7 @@ pub fn extract_on_cpu(
         vertices: bytemuck::zeroed_vec(vertices as usize),
         triangles: bytemuck::zeroed_vec(triangles as usize),
     };
+    let is_marked = AtomicBool::new(false);
     tasks(&counts, &mut mesh)
         .into_par_iter()
         .map(|task| {
@@ -137,20 +139,28 @@ pub fn extract_on_cpu(
                     &mut numbers,
                     own_triangles,
                 );
-                match (here, source) {
+                let marked = match (here, source) {
                     (Source::Field(here, _), Source::Field(whole, _)) => {
                         let field = Gradients { normals: options.normals, here: *here, whole: *whole };
-                        emit_field_vertices(&params, inside, &field, origin, &samples, record, own_vertices)?;
+                        emit_field_vertices(&params, inside, &field, origin, &samples, record, own_vertices)?
                     }
                     (Source::Volume(volume), _) | (_, Source::Volume(volume)) => {
-                        emit_volume_vertices(&params, inside, volume.values(), origin, record, own_vertices);
+                        emit_volume_vertices(&params, inside, volume.values(), origin, record, own_vertices)
                     }
+                };
+                if marked {
+                    is_marked.store(true, Ordering::Relaxed);
                 }
             }
             Ok(())
         })
         .collect::<Result<(), NoForm>>()?;
     clock.lap(at::EMIT);
+    if is_marked.into_inner() {
+        add_neighbours(&mut mesh.vertices, &mesh.triangles);
+        average(&params, &mut mesh.vertices);
+        clock.lap(at::NORMALS);
+    }
 
     let report = Report {
         vertices,

@@ -72,6 +72,7 @@ impl Extractor {
             if !space.is_volume {
                 self.encode_header(space, encoder, options, slab, &target);
             }
+            self.encode_normals(space, encoder, options, slab, &target);
         })?;
         Ok(())
     }

@@ -9,6 +9,7 @@ use crate::field::{PARAMETER_VECTORS, Wgsl};
 use crate::gpu::{Gpu, GpuError, Timer};
 use crate::grid::Grid;
 use crate::stage::cull::Cull;
+use crate::stage::normals::Normals;
 use crate::stage::scan::Scan;
 use crate::stage::shaders::Samples;
 use crate::table::MARCHING_CUBES;
@@ -26,6 +27,7 @@ pub struct Extractor {
     pub(super) cull: Cull,
     pub(super) scan_marks: Scan,
     pub(super) scan_counts: Scan,
+    pub(super) normals: Normals,
     pub(super) table: wgpu::Buffer,
     pub(super) volume: Arc<SourceKernels>,
     pub(super) fields: Mutex<HashMap<[Arc<str>; 3], Arc<SourceKernels>>>,
@@ -44,6 +46,7 @@ impl Extractor {
             cull: Cull::new(&gpu)?,
             scan_marks: Scan::new(&gpu, true)?,
             scan_counts: Scan::new(&gpu, false)?,
+            normals: Normals::new(&gpu)?,
             table,
             volume: Arc::new(SourceKernels::new(&gpu, Samples::Volume)?),
             fields: Mutex::default(),

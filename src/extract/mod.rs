@@ -4,6 +4,7 @@
 mod cpu;
 mod encode;
 mod gpu;
+mod normals;
 mod plan;
 mod run;
 mod upload;
@@ -106,7 +107,8 @@ impl Options {
 }
 
 /// The parts of an extraction that are timed.
-pub const STAGES: [&str; 8] = ["read", "upload", "cull", "sample", "classify", "scan", "emit", "readback"];
+pub const STAGES: [&str; 9] =
+    ["read", "upload", "cull", "sample", "classify", "scan", "emit", "normals", "readback"];
 
 /// Indices into [`Report::seconds`].
 #[allow(missing_docs, reason = "the names say it all")]
@@ -117,6 +119,7 @@ pub mod stage_index {
     pub const CLASSIFY: usize = 4;
     pub const SCAN: usize = 5;
     pub const EMIT: usize = 6;
+    pub const NORMALS: usize = 7;
 }
 
 /// What an extraction did.

@@ -31,9 +31,9 @@ enum Run {
 
 /// Where a slab's vertices and triangles lie in the whole mesh.
 #[derive(Debug, Clone, Copy, Default)]
-struct Place {
-    first: [u32; 2],
-    count: [u32; 2],
+pub(super) struct Place {
+    pub(super) first: [u32; 2],
+    pub(super) count: [u32; 2],
 }
 
 impl Extractor {
@@ -186,6 +186,7 @@ impl Extractor {
         }
         let mesh = GpuMesh::with_capacity(gpu, total[0], total[1])?;
         let vertices = space.kernels.emit.vertices(gpu, options.normals)?;
+        let mut is_marked = false;
         for (slab, place) in space.plan.slabs().zip(&places) {
             if place.count != [0; 2] {
                 if cut {
@@ -203,10 +204,8 @@ impl Extractor {
                     self.encode_emit(space, &mut encoder, options, slab, (&target, vertices), &mut timer);
                     gpu.queue.submit([encoder.finish()]);
                 })?;
-                if cut {
-                    timer.collect(gpu, &mut seconds)?;
-                    self.check_loops(space)?;
-                }
+                timer.collect(gpu, &mut seconds)?;
+                is_marked |= self.after_emit(space)?.singular != 0;
             }
             stepped();
         }
@@ -221,9 +220,11 @@ impl Extractor {
             ..MeshHeader::default()
         };
         gpu.write(&mesh.header, bytemuck::bytes_of(&header))?;
+        if is_marked {
+            self.run_normals(space, options, &mesh, &places, &mut timer)?;
+        }
         timer.collect(gpu, &mut seconds)?;
         gpu.wait()?;
-        self.check_loops(space)?;
         let report = Report {
             vertices: header.vertices.into(),
             triangles: header.triangles.into(),
@@ -237,14 +238,10 @@ impl Extractor {
         Ok(Run::Done(Box::new(Extraction { mesh, report })))
     }
 
-    /// Waits for the slab at hand, and looks whether a loop of the user's ran away in it.
-    fn check_loops(&self, space: &Workspace) -> Result<(), ExtractError> {
-        self.gpu.wait()?;
-        if space.is_volume {
-            return Ok(());
-        }
+    /// Waits for the slab at hand, and gives what emit counted, unless a loop of the user's ran away in it.
+    fn after_emit(&self, space: &Workspace) -> Result<Work, ExtractError> {
         let work: Work = self.gpu.read_one(&space.work)?;
-        if work.runaway != 0 { Err(ExtractError::Runaway { limit: MAX_ITERATIONS }) } else { Ok(()) }
+        if work.runaway != 0 { Err(ExtractError::Runaway { limit: MAX_ITERATIONS }) } else { Ok(work) }
     }
 
     /// Vertices and triangles of the whole mesh, if the adapter holds them and binds each slab's part.
@@ -271,7 +268,7 @@ impl Extractor {
 }
 
 /// The windows of the mesh's buffers that hold a slab's part, aligned as bindings must be.
-fn target<'a>(mesh: &'a GpuMesh, place: &Place) -> Target<'a> {
+pub(super) fn target<'a>(mesh: &'a GpuMesh, place: &Place) -> Target<'a> {
     let window = [0, 1].map(|i| place.first[i] - place.first[i] % Target::ALIGNED[i]);
     let capacity = [0, 1].map(|i| place.first[i] + place.count[i] - window[i]);
     Target { mesh, window, capacity, first_vertices: [0; 4], first_triangle: place.first[1] }

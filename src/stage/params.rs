@@ -39,7 +39,8 @@ pub struct Params {
     pub first_vertices: [u32; 4],
     pub vertex_window: u32,
     pub vertex_capacity: u32,
-    pub padding: [u32; 2],
+    pub neighbour_window: u32,
+    pub neighbour_capacity: u32,
 }
 
 /// Differences are taken over this part of the shortest step unless the caller says.
@@ -85,7 +86,8 @@ impl Params {
             first_vertices: [0; 4],
             vertex_window: 0,
             vertex_capacity: u32::MAX,
-            padding: [0; 2],
+            neighbour_window: 0,
+            neighbour_capacity: 0,
         }
     }
 
@@ -127,6 +129,8 @@ pub struct Work {
     pub batches: u32,
     pub run_slots: [u32; 4],
     pub run_vertices: [u32; 4],
+    pub singular: u32,
+    pub padding: [u32; 3],
 }
 
 #[cfg(test)]

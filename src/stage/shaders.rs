@@ -29,6 +29,8 @@ const CULL: &str = include_str!("../../shaders/cull.wgsl");
 const SAMPLE: &str = include_str!("../../shaders/sample.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/classify.wgsl");
 const SCAN: &str = include_str!("../../shaders/scan.wgsl");
+const NORMALS: &str = include_str!("../../shaders/normals.wgsl");
+const UNIT: &str = include_str!("../../shaders/shared/unit.wgsl");
 const EMIT: &str = include_str!("../../shaders/emit.wgsl");
 
 const FIELD_DATA: &str = "@group(0) @binding(17) var<storage, read> field_data: array<u32>;\n";
@@ -115,5 +117,10 @@ pub fn emit(samples: Samples<'_>, normals: Normals) -> String {
     // A brick has at most 1536 vertices. Where loops are counted an invocation should make few of them.
     let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
     let lanes = if counted { "const LANES = 256u;" } else { "const LANES = 64u;" };
-    link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, &source, ROW, lanes, EMIT])
+    link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, &source, ROW, UNIT, lanes, EMIT])
+}
+
+/// The normals stage.
+pub fn normals() -> String {
+    link(&[PARAMS, WORK, INSIDE, HEADER, UNIT, NORMALS])
 }

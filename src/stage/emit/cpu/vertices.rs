@@ -8,15 +8,14 @@ use crate::field::{Field, NoForm, Points};
 use crate::mesh::Vertex;
 use crate::stage::classify::BrickRecord;
 use crate::stage::inside::Inside;
+use crate::stage::normals::cpu::{LEAST_GRADIENT, mark};
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
-use glam::{UVec3, Vec3};
+use glam::UVec3;
 use multiversion::multiversion;
 
 /// 2⁻⁹⁰: differences below it are taken of scaled numbers. Some drivers flush results below 2⁻¹²⁶ to zero.
 const SMALL: f32 = f32::from_bits(37 << 23);
-/// 2⁻¹¹⁰: a gradient below it has no direction that every driver agrees on.
-const LEAST_GRADIENT: f32 = f32::from_bits(17 << 23);
 
 /// A small number times 2¹⁰⁰; 0 for those that some drivers take for 0 (below 2⁻¹²⁶).
 fn scaled(v: f32) -> f32 {
@@ -39,20 +38,6 @@ const LANES: usize = 16;
 
 /// One number a vertex.
 type Lane = [f32; LANES];
-
-fn largest(v: Vec3) -> f32 {
-    v.x.abs().max(v.y.abs().max(v.z.abs()))
-}
-
-/// `v` at unit length, or the fallback where v has no direction. Scaling first keeps the squares from
-/// overflowing and underflowing.
-pub fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
-    let known = largest(v) >= LEAST_GRADIENT && v.is_finite();
-    let w = if known { v } else { fallback };
-    let scaled = w / largest(w);
-    // Plus 0: −0 becomes +0.
-    scaled / ((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z).sqrt() + Vec3::ZERO
-}
 
 /// Crossed edges of a brick, as many as [`LANES`], and their vertices.
 struct Crossings {
@@ -119,21 +104,20 @@ impl Crossings {
         }
     }
 
-    /// Along the edge, out of the solid: the normal where the gradient says nothing.
-    fn outwards(&self, params: &Params, inside: Inside, i: usize) -> Vec3 {
-        let steps = [params.step_x, params.step_y, params.step_z].map(Vec3::from);
+    /// The mark of a vertex whose gradient says nothing.
+    fn mark(&self, inside: Inside, i: usize) -> [f32; 3] {
         let axis = (0..3).find(|&axis| self.axis[axis][i] == 1.0).unwrap_or(0);
-        if inside.test(self.ends[0][i]) { steps[axis] } else { -steps[axis] }
+        mark(axis, !inside.test(self.ends[0][i]))
     }
 
-    /// Writes the vertices with `vectors`, at unit length, as normals.
+    /// Writes the vertices with `vectors`, at unit length, as normals; tells whether any had to be marked.
     #[inline(always)]
-    fn write(&self, params: &Params, inside: Inside, vectors: &[Lane; 3], vertices: &mut [Vertex]) {
+    fn write(&self, inside: Inside, vectors: &[Lane; 3], vertices: &mut [Vertex]) -> bool {
         let mut normals = [[0.0; LANES]; 3];
         let mut unknown = 0u32;
         let [x, y, z] = vectors;
         for i in 0..LANES {
-            // `unit_or`, without its fallback.
+            // `unit`.
             let larger = |a: f32, b: f32| if a > b { a } else { b };
             let most = larger(x[i].abs(), larger(y[i].abs(), z[i].abs()));
             let [sx, sy, sz] = [x[i] / most, y[i] / most, z[i] / most];
@@ -148,18 +132,22 @@ impl Crossings {
             let long = (x[i].abs() >= LEAST_GRADIENT)
                 | (y[i].abs() >= LEAST_GRADIENT)
                 | (z[i].abs() >= LEAST_GRADIENT);
-            unknown |= u32::from(!(finite & long));
+            unknown |= u32::from(!(finite & long)) << i;
         }
         for (i, vertex) in vertices.iter_mut().take(LANES).enumerate() {
             let position = [self.position[0][i], self.position[1][i], self.position[2][i]];
             *vertex = Vertex { position, normal: [normals[0][i], normals[1][i], normals[2][i]] };
         }
+        let mut marked = false;
         if unknown != 0 {
             for (i, vertex) in vertices.iter_mut().take(LANES).enumerate() {
-                let vector = Vec3::new(x[i], y[i], z[i]);
-                vertex.normal = unit_or(vector, self.outwards(params, inside, i)).into();
+                if unknown >> i & 1 == 1 {
+                    vertex.normal = self.mark(inside, i);
+                    marked = true;
+                }
             }
         }
+        marked
     }
 }
 
@@ -199,7 +187,7 @@ impl Iterator for Edges<'_> {
 }
 
 /// The vertices of a brick of a volume: normals from central differences at both ends of the edge,
-/// interpolated as the vertex is (Lorensen & Cline 1987).
+/// interpolated as the vertex is (Lorensen & Cline 1987). Tells whether any had to be marked for the normals stage.
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_volume_vertices(
     params: &Params,
@@ -208,13 +196,13 @@ pub fn emit_volume_vertices(
     origin: UVec3,
     record: &BrickRecord,
     vertices: &mut [Vertex],
-) {
+) -> bool {
     let (first, points) = (origin.to_array(), params.points);
     let interior = first.iter().zip(points).all(|(&first, n)| first > 0 && first + 9 < n);
     if interior {
-        volume_vertices::<true>(params, inside, values, first, record, vertices);
+        volume_vertices::<true>(params, inside, values, first, record, vertices)
     } else {
-        volume_vertices::<false>(params, inside, values, first, record, vertices);
+        volume_vertices::<false>(params, inside, values, first, record, vertices)
     }
 }
 
@@ -226,13 +214,14 @@ fn volume_vertices<const INTERIOR: bool>(
     origin: [u32; 3],
     record: &BrickRecord,
     vertices: &mut [Vertex],
-) {
+) -> bool {
     let [nx, ny, _] = params.points.map(|n| n as usize);
     let pitch = [1, nx, nx * ny];
     let mut edges = Edges::new(record);
     let mut batch = Crossings::new();
     // At both ends of the edges, along the axes.
     let mut slopes = [[[1.0; LANES]; 3]; 2];
+    let mut marked = false;
     for vertices in vertices.chunks_mut(LANES) {
         for (i, ([x, y, z], axis)) in (0..vertices.len()).zip(&mut edges) {
             let mut point = [origin[0] + x, origin[1] + y, origin[2] + z];
@@ -260,8 +249,9 @@ fn volume_vertices<const INTERIOR: bool>(
                 vector[i] = (x * gx + y * gy) + z * gz;
             }
         }
-        batch.write(params, inside, &vectors, vertices);
+        marked |= batch.write(inside, &vectors, vertices);
     }
+    marked
 }
 
 /// The difference per grid step along axis `k` at the value `at`, whose coordinate along the axis is
@@ -309,7 +299,8 @@ impl Gradients<'_> {
     }
 }
 
-/// The vertices of a brick of a field: normals from the field's gradients at the vertices.
+/// The vertices of a brick of a field: normals from the field's gradients at the vertices. Tells whether any had
+/// to be marked for the normals stage.
 ///
 /// # Errors
 /// [`NoForm::Cpu`].
@@ -322,7 +313,7 @@ pub fn emit_field_vertices(
     samples: &Samples<'_>,
     record: &BrickRecord,
     vertices: &mut [Vertex],
-) -> Result<(), NoForm> {
+) -> Result<bool, NoForm> {
     field_vertices(params, inside, field, origin.to_array(), samples, record, vertices)
 }
 
@@ -335,9 +326,10 @@ fn field_vertices(
     samples: &Samples<'_>,
     record: &BrickRecord,
     vertices: &mut [Vertex],
-) -> Result<(), NoForm> {
+) -> Result<bool, NoForm> {
     let mut edges = Edges::new(record);
     let mut batch = Crossings::new();
+    let mut marked = false;
     for vertices in vertices.chunks_mut(LANES) {
         for (i, (local, axis)) in (0..vertices.len()).zip(&mut edges) {
             let [x, y, z] = local.map(|n| n as usize);
@@ -362,7 +354,7 @@ fn field_vertices(
                 vector[i] = gradients[i][k] * params.outward_sign;
             }
         }
-        batch.write(params, inside, &vectors, vertices);
+        marked |= batch.write(inside, &vectors, vertices);
     }
-    Ok(())
+    Ok(marked)
 }
