@@ -78,7 +78,7 @@ fn the_error_follows_the_step() {
 
 /// Steps reach out of the boxes that fields are pruned for on the CPU.
 ///
-/// Goes red when the CPU takes differences of the pruned field, and when `central.wgsl` leaves out the fences.
+/// Goes red when the CPU takes differences of the pruned field, and when `central.wgsl` moves x along with y.
 #[test]
 fn both_backends_agree() {
     let ball = |x: f64| sphere(0.4).translate([x, 0.1 * x, -0.2]);
