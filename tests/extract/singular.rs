@@ -200,7 +200,8 @@ fn meshes_of_many_windows() {
             |all| wgpu::Limits { max_storage_buffer_binding_size: binding, max_buffer_size: 1 << 26, ..all };
         let small = Extractor::new(common::own_device(limits).unwrap()).unwrap();
         let source = Source::Field(&*field, grid);
-        for normals in [Normals::Exact, Normals::Forward { delta: Some(1e-7) }] {
+        // A step that is lost beside coordinates over 1/4: so a good part is marked, and borders on the rest.
+        for normals in [Normals::Exact, Normals::Forward { delta: Some(2e-8) }] {
             let options = Options { normals, ..Options::new(iso) };
             let expected = read(whole, &whole.extract(&source, &options).unwrap());
             let found = small.extract(&source, &options).unwrap();
