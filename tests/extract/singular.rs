@@ -51,7 +51,7 @@ fn at_origin(mesh: &Mesh) -> Vec<u32> {
 
 /// Cones about z, about (1, 1, 1) and another axis, and half a one, with the apex on a point of the grid and not.
 ///
-/// Goes red when `add_neighbours` (`src/stage/normals/cpu.rs`) leaves out one of the two corners, and when `average`
+/// Goes red when `add_neighbours` (`src/stage/normals/cpu.rs`) leaves out the triangle's last corner, and when `average`
 /// takes the edge's direction at once.
 #[test]
 fn the_apex_of_a_cone() {
