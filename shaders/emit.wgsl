@@ -36,8 +36,6 @@ fn edge_of_vertex(slot: u32, k: u32) -> vec4<u32> {
 
 // 2⁻⁹⁰: differences below it are taken of scaled numbers. Some drivers flush results below 2⁻¹²⁶ to zero.
 const SMALL = 0x1p-90f;
-// 2⁻¹¹⁰: a gradient below it has no direction that every driver agrees on.
-const LEAST_GRADIENT = 0x1p-110f;
 
 // A small number times 2¹⁰⁰; 0 for those that some drivers take for 0 (below 2⁻¹²⁶).
 fn scaled(v: f32) -> f32 {
@@ -53,22 +51,6 @@ fn crossing(a: f32, b: f32) -> f32 {
     }
     let sure = is_finite(bitcast<u32>(a)) && is_finite(bitcast<u32>(b)) && is_finite(bitcast<u32>(t));
     return select(0.5, clamp(t, 0.0, 1.0), sure);
-}
-
-fn largest(v: vec3<f32>) -> f32 {
-    return max(abs(v.x), max(abs(v.y), abs(v.z)));
-}
-
-// `v` at unit length, or the fallback where v has no direction. Scaling first keeps the squares
-// from overflowing and underflowing.
-fn unit_or(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
-    let m = largest(v);
-    let known = m >= LEAST_GRADIENT && is_finite(bitcast<u32>(v.x)) && is_finite(bitcast<u32>(v.y)) && is_finite(bitcast<u32>(v.z));
-    let w = select(fallback, v, known);
-    let scaled = w / largest(w);
-    let unit = scaled / sqrt((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z);
-    // +0 for -0: drivers differ in what they make of a product with 0.
-    return select(unit, vec3<f32>(0.0), unit == vec3<f32>(0.0));
 }
 
 @compute @workgroup_size(LANES)
@@ -96,10 +78,14 @@ fn emit_vertices(
         let t = crossing(bitcast<f32>(a), bitcast<f32>(b));
         let q = vec3<f32>(origin + edge.xyz) + vec3<f32>(axis) * t;
         let position = grid_position(q);
-        // Where the gradient says nothing, the normal runs along the edge, out of the solid.
-        let along = (params.step_x * f32(axis.x) + params.step_y * f32(axis.y)) + params.step_z * f32(axis.z);
-        let outwards = select(-along, along, is_inside(a));
-        let normal = unit_or(outward_vector(origin, edge.xyz, axis, t, position), outwards);
+        let vector = outward_vector(origin, edge.xyz, axis, t, position);
+        let known = has_direction(vector);
+        var normal = unit(select(vec3<f32>(1.0), vector, known));
+        if !known {
+            // The normals stage looks at the neighbours.
+            normal = bitcast<vec3<f32>>(mark(edge.w, !is_inside(a)));
+            atomicStore(&work.singular, 1u);
+        }
         let out = 6u * place;
         vertices[out] = position.x;
         vertices[out + 1u] = position.y;

@@ -1,7 +1,7 @@
 //! Both backends stage by stage: each CPU twin gets the bytes that the GPU's earlier stages left, and
 //! its output is held against the GPU's. What the `compare` command prints and the parity tests check.
 
-use crate::extract::{ExtractError, Extractor, Options, Source, Workspace, extract_on_cpu};
+use crate::extract::{ExtractError, Extractor, Normals, Options, Source, Workspace, extract_on_cpu};
 use crate::field::{Field, NoForm, Points, Sense, Wgsl};
 use crate::gpu::GpuError;
 use crate::grid::SAMPLES_PER_BRICK;
@@ -10,8 +10,11 @@ use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
 use crate::stage::cull::bounds::bounds;
 use crate::stage::cull::cpu::{compact, cull, keep_all, range};
-use crate::stage::emit::cpu::{Beside, EdgeNumbers, emit_field_vertices, emit_indices, emit_volume_vertices};
+use crate::stage::emit::cpu::{
+    Beside, EdgeNumbers, Gradients, emit_field_vertices, emit_indices, emit_volume_vertices,
+};
 use crate::stage::inside::{Inside, from_order_key, order_key};
+use crate::stage::normals::cpu::{add_neighbours, average};
 use crate::stage::params::Params;
 use crate::stage::sample::cpu::sample;
 use crate::stage::samples::Samples;
@@ -170,7 +173,7 @@ pub fn compare(
     let mesh = extraction.mesh.read(extractor.gpu())?;
     let gpu = Snapshot::read(extractor, &space)?;
     let sense = options.sense.unwrap_or(source.sense());
-    let params = Params::new(source.grid(), options.iso, sense);
+    let params = Params::new(source.grid(), options.iso, sense).with_normals(options.normals);
     let inside = Inside::new(options.iso, sense);
 
     let mut found = Comparison { rows: Vec::new(), notes: Vec::new() };
@@ -178,7 +181,7 @@ pub fn compare(
     let sampled = compare_sample(&mut found, source, &params, &gpu)?;
     let counts = compare_classify(&mut found, source, &params, inside, &gpu);
     found.rows.push(Row::exact("scan", "offsets", &gpu.offsets, &counts));
-    compare_emit(&mut found, source, &params, inside, &gpu, &mesh)?;
+    compare_emit(&mut found, source, options.normals, &params, inside, &gpu, &mesh)?;
     if sampled {
         compare_whole(&mut found, source, options, &mesh)?;
     } else {
@@ -311,12 +314,13 @@ fn compare_classify(
 fn compare_emit(
     found: &mut Comparison,
     source: &Source<'_>,
+    normals: Normals,
     params: &Params,
     inside: Inside,
     gpu: &Snapshot,
     mesh: &Mesh,
 ) -> Result<(), NoForm> {
-    let mut has_normals = true;
+    let (mut has_normals, mut is_marked) = (true, false);
     let mut twin = Mesh::default();
     for (slot, &brick) in gpu.active.iter().enumerate() {
         let size = [0, 1].map(|i| gpu.offsets[slot + 1][i].saturating_sub(gpu.offsets[slot][i]) as usize);
@@ -327,14 +331,17 @@ fn compare_emit(
             (params.brick_origin(brick), &gpu.records[slot], gpu.samples(source, params, slot));
         match source {
             Source::Volume(volume) => {
-                emit_volume_vertices(params, inside, volume.values(), origin, record, &mut vertices);
+                is_marked |=
+                    emit_volume_vertices(params, inside, volume.values(), origin, record, &mut vertices);
             }
             Source::Field(field, _) => {
-                let done =
-                    emit_field_vertices(params, inside, *field, origin, &samples, record, &mut vertices);
+                let own = Gradients { normals, here: *field, whole: *field };
+                let done = emit_field_vertices(params, inside, &own, origin, &samples, record, &mut vertices);
+                is_marked |= done == Ok(true);
                 if done == Err(NoForm::Cpu) {
                     has_normals = false;
-                    emit_field_vertices(params, inside, &NoNormals, origin, &samples, record, &mut vertices)?;
+                    let none = Gradients { normals: Normals::Exact, here: &NoNormals, whole: &NoNormals };
+                    emit_field_vertices(params, inside, &none, origin, &samples, record, &mut vertices)?;
                 }
             }
         }
@@ -362,7 +369,11 @@ fn compare_emit(
         allowed.max(f64::MIN_POSITIVE),
     ));
     if has_normals {
-        found.rows.push(Row::close("emit", "normals", parts(mesh, &twin, |v| v.normal), 1e-3));
+        if is_marked {
+            add_neighbours(&mut twin.vertices, &twin.triangles);
+            average(params, &mut twin.vertices);
+        }
+        found.rows.push(Row::close("normals", "normals", parts(mesh, &twin, |v| v.normal), 1e-3));
     }
     Ok(())
 }
@@ -419,7 +430,7 @@ impl Field for NoNormals {
     fn values(&self, _: Points<'_>, _: &mut [f32]) -> Result<(), NoForm> {
         Err(NoForm::Cpu)
     }
-    fn gradients(&self, _: Points<'_>, _: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+    fn gradients(&self, _: Points<'_>, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
         out.fill([0.0; 3]);
         Ok(())
     }

@@ -5,8 +5,12 @@ mod capacity;
 mod common;
 #[path = "extract/cut.rs"]
 mod cut;
+#[path = "extract/differences.rs"]
+mod differences;
 #[path = "extract/fail.rs"]
 mod fail;
+#[path = "extract/singular.rs"]
+mod singular;
 #[path = "extract/user.rs"]
 mod user;
 #[path = "extract/workspace.rs"]

@@ -35,6 +35,6 @@ pub fn values(field: &dyn Field, points: &[[f32; 3]]) -> Vec<f32> {
 pub fn gradients(field: &dyn Field, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let [x, y, z] = [0, 1, 2].map(|k| points.iter().map(|p| p[k]).collect::<Vec<_>>());
     let mut out = vec![[0.0; 3]; points.len()];
-    field.gradients(Points { x: &x, y: &y, z: &z }, 1e-3, &mut out).unwrap();
+    field.gradients(Points { x: &x, y: &y, z: &z }, &mut out).unwrap();
     out
 }

@@ -1,6 +1,7 @@
 //! Every assembled shader, without a GPU: it parses and validates, its structures lie as in Rust, its
 //! bindings are those of `gpu::kernel::binding`, and it stays within what every adapter has.
 
+use isoforge::extract::Normals;
 use isoforge::field::user::UserField;
 use isoforge::field::{Field, PARAMETER_VECTORS, Sense, Wgsl, named};
 use isoforge::gpu::MESH_HEADER_BYTES;
@@ -69,9 +70,10 @@ fn fields() -> Vec<(String, Wgsl)> {
 fn all() -> Vec<(String, Module, ModuleInfo)> {
     let mut sources = vec![
         ("scan".to_string(), shaders::scan()),
+        ("normals".into(), shaders::normals()),
         ("cull, volume".into(), shaders::cull(Samples::Volume)),
         ("classify, volume".into(), shaders::classify(Samples::Volume)),
-        ("emit, volume".into(), shaders::emit(Samples::Volume)),
+        ("emit, volume".into(), shaders::emit(Samples::Volume, Normals::Exact)),
     ];
     for (name, wgsl) in fields() {
         let samples = Samples::Field(&wgsl);
@@ -79,7 +81,9 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
         sources.push((format!("sample, {name}"), shaders::sample(&wgsl)));
         sources.extend(shaders::bounds(&wgsl).map(|source| (format!("bounds, {name}"), source)));
         sources.push((format!("classify, {name}"), shaders::classify(samples)));
-        sources.push((format!("emit, {name}"), shaders::emit(samples)));
+        for normals in [Normals::Exact, Normals::Forward { delta: None }, Normals::Central { delta: None }] {
+            sources.push((format!("emit {normals:?}, {name}"), shaders::emit(samples, normals)));
+        }
     }
     let parsed = sources.into_iter().map(|(name, source)| match parse(&source) {
         Ok((module, info)) => (name, module, info),
@@ -107,6 +111,9 @@ fn every_shader_is_valid() {
         "emit_vertices",
         "emit_indices",
         "totals",
+        "arrange",
+        "add_neighbours",
+        "average",
     ] {
         assert!(entries.contains(&entry), "{entry}");
     }
@@ -132,9 +139,9 @@ fn structures_lie_as_in_rust() {
     let params = members!(Params: origin delta step_x iso step_y iso_key step_z flip outward_x outward_sign
         outward_y mirrored outward_z first_slot points own_bricks slab_first slab_bricks slab_extent first_triangle
         source_first triangle_window source_extent triangle_capacity first_vertices vertex_window
-        vertex_capacity padding);
+        vertex_capacity neighbour_window neighbour_capacity);
     let work = members!(Work: active_bricks own_active vertices triangles non_finite runaway batch_slots batches
-            run_slots run_vertices);
+            run_slots run_vertices singular padding);
     let record = members!(BrickRecord: rows planes triangles);
     for (expected, name, least) in [(params, "Params", 20), (work, "Work", 20), (record, "BrickRecord", 10)] {
         let all = all();
@@ -170,6 +177,7 @@ fn number_of(name: &str) -> Option<(usize, bool)> {
         "header" => (b::HEADER, false),
         "field_parameters" => (b::FIELD, true),
         "field_data" => (b::FIELD_DATA, false),
+        "neighbours" => (b::NEIGHBOURS, false),
         _ => return None,
     };
     Some((number, uniform))

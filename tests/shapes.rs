@@ -43,7 +43,7 @@ fn values(field: &dyn Field, points: &[[f32; 3]]) -> Vec<f32> {
 fn gradients(field: &dyn Field, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let [x, y, z] = coordinates(points);
     let mut out = vec![[0.0; 3]; points.len()];
-    field.gradients(Points { x: &x, y: &y, z: &z }, f32::NAN, &mut out).unwrap();
+    field.gradients(Points { x: &x, y: &y, z: &z }, &mut out).unwrap();
     out
 }
 

@@ -10,6 +10,8 @@ mod cull;
 mod emit;
 #[path = "stage/inputs.rs"]
 mod inputs;
+#[path = "stage/normals.rs"]
+mod normals;
 #[path = "stage/random.rs"]
 mod random;
 #[path = "stage/sample.rs"]

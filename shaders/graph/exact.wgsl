@@ -7,6 +7,11 @@ fn iso_exact(v: f32) -> f32 {
     return bitcast<f32>(bitcast<u32>(v) ^ bitcast<u32>(field_parameters[1023].w));
 }
 
+// The point: drivers would move a constant of the field into the sum that it comes from.
+fn iso_point(p: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(iso_exact(p.x), iso_exact(p.y), iso_exact(p.z));
+}
+
 // A part of a derivative: 0 where either is 0, also where the other is infinite or NaN. So a branch that is
 // not taken adds nothing, and an infinite slope along x says nothing of y.
 fn iso_term(slope: f32, derivative: vec3<f32>) -> vec3<f32> {

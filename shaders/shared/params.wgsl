@@ -43,7 +43,9 @@ struct Params {
     // Where the window of the vertex buffer begins, and how many vertices it holds.
     vertex_window: u32,
     vertex_capacity: u32,
-    padding: vec2<u32>,
+    // The same of a second window of it, for normals; no capacity where there is none.
+    neighbour_window: u32,
+    neighbour_capacity: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;

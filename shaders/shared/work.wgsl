@@ -17,6 +17,9 @@ struct Work {
     // next active brick lie, and the vertices before it.
     run_slots: vec4<u32>,
     run_vertices: vec4<u32>,
+    // Not 0 once emit has marked a vertex whose gradient has no direction.
+    singular: atomic<u32>,
+    padding: array<u32, 3>,
 }
 
 @group(0) @binding(1) var<storage, read_write> work: Work;

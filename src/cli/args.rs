@@ -71,8 +71,26 @@ pub struct SourceArgs {
     #[arg(long, value_enum)]
     pub inside: Option<Side>,
 
+    /// What a field's normals come from (a volume's are central differences of its samples) [default: exact]
+    #[arg(long, value_enum, value_name = "KIND")]
+    pub normals: Option<NormalsArg>,
+
+    /// The step of forward or central differences, in world units [default: a hundredth of the shortest cell edge]
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    pub delta: Option<f32>,
+
     #[command(flatten)]
     pub blobs: BlobArgs,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum NormalsArg {
+    /// The field's own gradient; central differences of a WGSL function that stays on the GPU
+    Exact,
+    /// Differences to one step ahead: fast, coarse
+    Forward,
+    /// Differences between one step to either side
+    Central,
 }
 
 /// How points become a field.

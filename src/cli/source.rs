@@ -1,10 +1,10 @@
 //! What the first argument is: a field's name, a formula, a WGSL file, a scene, a volume, or points.
 
 use super::Failure;
-use super::args::{RawArgs, SourceArgs};
+use super::args::{NormalsArg, RawArgs, SourceArgs};
 use super::blobs::load_components;
 use crate::components;
-use crate::extract::{Options, Source};
+use crate::extract::{Normals, Options, Source};
 use crate::field::named::{self, Named};
 use crate::field::user::UserField;
 use crate::field::{self, Field, Sense};
@@ -52,7 +52,27 @@ impl Loaded {
                 return Err(Failure::usage(format!("a volume needs an iso value, -I VALUE; {range}")));
             }
         };
-        Ok(Options { sense: args.inside.map(Sense::from), memory_budget, ..Options::new(iso) })
+        let (sense, normals) = (args.inside.map(Sense::from), normals(args)?);
+        Ok(Options { sense, normals, memory_budget, ..Options::new(iso) })
+    }
+}
+
+/// What normals come from.
+fn normals(args: &SourceArgs) -> Result<Normals, Failure> {
+    let delta = args.delta;
+    if let Some(delta) = delta.filter(|d| !(d.is_finite() && *d > 0.0)) {
+        return Err(Failure::usage(format!(
+            "--delta {delta}: give a finite number over zero, in world units; without it the step is a hundredth \
+             of the shortest cell edge"
+        )));
+    }
+    match (args.normals, delta) {
+        (Some(NormalsArg::Forward), delta) => Ok(Normals::Forward { delta }),
+        (Some(NormalsArg::Central), delta) => Ok(Normals::Central { delta }),
+        (Some(NormalsArg::Exact) | None, None) => Ok(Normals::Exact),
+        (Some(NormalsArg::Exact) | None, Some(delta)) => Err(Failure::usage(format!(
+            "--delta {delta} is the step of differences: give --normals forward or --normals central with it"
+        ))),
     }
 }
 
@@ -264,6 +284,12 @@ fn load_volume(
     if let Some((_, flag)) = only_fields.iter().find(|(given, _)| *given) {
         return Err(Failure::usage(format!(
             "{flag} is for fields; a volume has its own grid, from its file"
+        )));
+    }
+    if args.normals.is_some() || args.delta.is_some() {
+        let flag = if args.normals.is_some() { "--normals" } else { "--delta" };
+        return Err(Failure::usage(format!(
+            "{flag} is for fields; a volume's normals are central differences of its samples: leave it out"
         )));
     }
     let raw = match (raw.dims, raw.scalar) {

@@ -33,6 +33,7 @@ pub struct Seconds {
     pub classify: Option<f64>,
     pub scan: Option<f64>,
     pub emit: Option<f64>,
+    pub normals: Option<f64>,
     pub readback: Option<f64>,
     pub write: Option<f64>,
     pub total: f64,
@@ -41,7 +42,7 @@ pub struct Seconds {
 impl Seconds {
     /// The parts that the extraction measured.
     pub fn of(report: &Report) -> Self {
-        let [read, upload, cull, sample, classify, scan, emit, readback] = report.seconds;
-        Self { read, upload, cull, sample, classify, scan, emit, readback, write: None, total: 0.0 }
+        let [read, upload, cull, sample, classify, scan, emit, normals, readback] = report.seconds;
+        Self { read, upload, cull, sample, classify, scan, emit, normals, readback, write: None, total: 0.0 }
     }
 }

@@ -7,8 +7,11 @@ use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
 use crate::stage::cull::bounds::{Culled, cull_field};
 use crate::stage::cull::cpu::{NO_SLOT, compact, cull, range};
-use crate::stage::emit::cpu::{Beside, EdgeNumbers, emit_field_vertices, emit_indices, emit_volume_vertices};
+use crate::stage::emit::cpu::{
+    Beside, EdgeNumbers, Gradients, emit_field_vertices, emit_indices, emit_volume_vertices,
+};
 use crate::stage::inside::Inside;
+use crate::stage::normals::cpu::{add_neighbours, average};
 use crate::stage::params::Params;
 use crate::stage::sample::row::Sampler;
 use crate::stage::samples::Samples;
@@ -16,7 +19,7 @@ use crate::stage::scan::cpu::scan;
 use crate::table::MARCHING_CUBES;
 use bytemuck::Zeroable;
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Bricks that one task takes.
@@ -28,7 +31,7 @@ const TASK: usize = 32;
 /// rounds as IEEE 754 says.
 ///
 /// # Errors
-/// [`ExtractError::Iso`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
+/// [`ExtractError::Iso`], [`ExtractError::Delta`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
 /// [`ExtractError::TooManyBricks`], [`ExtractError::NoForm`].
 pub fn extract_on_cpu(
     source: &Source<'_>,
@@ -37,7 +40,7 @@ pub fn extract_on_cpu(
 ) -> Result<(Mesh, Report), ExtractError> {
     check(source, options)?;
     let sense = options.sense.unwrap_or(source.sense());
-    let params = Params::new(source.grid(), options.iso, sense);
+    let params = Params::new(source.grid(), options.iso, sense).with_normals(options.normals);
     let inside = Inside::new(options.iso, sense);
     let mut clock = Clock { since: Instant::now(), seconds: [None; STAGES.len()] };
 
@@ -108,6 +111,7 @@ pub fn extract_on_cpu(
         vertices: bytemuck::zeroed_vec(vertices as usize),
         triangles: bytemuck::zeroed_vec(triangles as usize),
     };
+    let is_marked = AtomicBool::new(false);
     tasks(&counts, &mut mesh)
         .into_par_iter()
         .map(|task| {
@@ -121,6 +125,8 @@ pub fn extract_on_cpu(
                 (own_vertices, vertices) = vertices.split_at_mut(size[0]);
                 (own_triangles, triangles) = triangles.split_at_mut(size[1]);
                 let samples = brick_samples(source, &culled, &params, &active[slot..end], &mut sampler)?;
+                let origin = params.brick_origin(active[slot]);
+                let here = &pruned(source, &culled, &params, active[slot]);
                 let record = &records[slot];
                 let beside = Beside::new(&params, &slots, &records, &counts, active[slot]);
                 emit_indices(
@@ -132,20 +138,28 @@ pub fn extract_on_cpu(
                     &mut numbers,
                     own_triangles,
                 );
-                let origin = params.brick_origin(active[slot]);
-                match pruned(source, &culled, &params, active[slot]) {
-                    Source::Volume(volume) => {
-                        emit_volume_vertices(&params, inside, volume.values(), origin, record, own_vertices);
+                let marked = match (here, source) {
+                    (Source::Field(here, _), Source::Field(whole, _)) => {
+                        let field = Gradients { normals: options.normals, here: *here, whole: *whole };
+                        emit_field_vertices(&params, inside, &field, origin, &samples, record, own_vertices)?
                     }
-                    Source::Field(field, _) => {
-                        emit_field_vertices(&params, inside, field, origin, &samples, record, own_vertices)?;
+                    (Source::Volume(volume), _) | (_, Source::Volume(volume)) => {
+                        emit_volume_vertices(&params, inside, volume.values(), origin, record, own_vertices)
                     }
+                };
+                if marked {
+                    is_marked.store(true, Ordering::Relaxed);
                 }
             }
             Ok(())
         })
         .collect::<Result<(), NoForm>>()?;
     clock.lap(at::EMIT);
+    if is_marked.into_inner() {
+        add_neighbours(&mut mesh.vertices, &mesh.triangles);
+        average(&params, &mut mesh.vertices);
+        clock.lap(at::NORMALS);
+    }
 
     let report = Report {
         vertices,

@@ -3,7 +3,7 @@
 use super::plan::Slab;
 use super::workspace::Workspace;
 use super::{ExtractError, Extractor, Options, stage_index as at};
-use crate::gpu::kernel::{Bindings, binding as b};
+use crate::gpu::kernel::{Bindings, Kernel, binding as b};
 use crate::gpu::{GpuMesh, Timer};
 use crate::mesh::Vertex;
 use crate::stage::params::{Params, Work};
@@ -46,7 +46,7 @@ impl Extractor {
     /// the draw arguments; when a buffer is too short, it draws nothing and says what is needed.
     ///
     /// # Errors
-    /// [`ExtractError::Iso`]; [`ExtractError::Slabs`] for a grid that needs more than one slab;
+    /// [`ExtractError::Iso`], [`ExtractError::Delta`]; [`ExtractError::Slabs`] for a grid that needs more than one slab;
     /// [`ExtractError::MeshBuffer`] for more room than the adapter binds; [`ExtractError::Gpu`].
     pub fn encode(
         &self,
@@ -55,9 +55,7 @@ impl Extractor {
         options: &Options,
         mesh: &GpuMesh,
     ) -> Result<(), ExtractError> {
-        if !options.iso.is_finite() {
-            return Err(ExtractError::Iso(options.iso));
-        }
+        options.check()?;
         let timer = &mut Timer::off();
         let slabs = space.plan.slab_count();
         if slabs > 1 {
@@ -67,12 +65,14 @@ impl Extractor {
         let capacity = [mesh.vertex_capacity, mesh.triangle_capacity];
         self.fits(capacity, self.gpu.device.limits().max_storage_buffer_binding_size)?;
         let target = Target { mesh, window: [0; 2], capacity, first_vertices: [0; 4], first_triangle: 0 };
+        let vertices = space.kernels.emit.vertices(&self.gpu, options.normals)?;
         self.gpu.guarded("recording", 0, || {
             self.encode_count(space, encoder, options, slab, Some(&target), timer);
-            self.encode_emit(space, encoder, options, slab, &target, timer);
+            self.encode_emit(space, encoder, options, slab, (&target, vertices), timer);
             if !space.is_volume {
                 self.encode_header(space, encoder, options, slab, &target);
             }
+            self.encode_normals(space, encoder, options, slab, &target);
         })?;
         Ok(())
     }
@@ -166,7 +166,7 @@ impl Extractor {
         encoder: &mut wgpu::CommandEncoder,
         options: &Options,
         slab: Slab,
-        target: &Target<'_>,
+        (target, vertices): (&Target<'_>, &Kernel),
         timer: &mut Timer,
     ) {
         let mut params = space.params(options, slab);
@@ -187,7 +187,7 @@ impl Extractor {
                 self.encode_sample(space, encoder, &bindings, offset, timer);
             }
             let mut pass = timer.pass(encoder, "emit", at::EMIT);
-            space.kernels.emit.encode(&self.gpu, &mut pass, &bindings, &space.dispatches, offset);
+            space.kernels.emit.encode(&self.gpu, &mut pass, &bindings, vertices, (&space.dispatches, offset));
         }
     }
 }

@@ -4,13 +4,17 @@
 mod cpu;
 mod encode;
 mod gpu;
+mod normals;
 mod plan;
+mod run;
 mod upload;
 mod workspace;
 
+pub use crate::field::differences::Normals;
 pub use cpu::extract_on_cpu;
-pub use gpu::{Extraction, Extractor};
+pub use gpu::Extractor;
 pub use plan::Plan;
+pub use run::Extraction;
 pub use workspace::Workspace;
 
 use crate::field::{Field, NoForm, Sense};
@@ -68,13 +72,16 @@ impl Source<'_> {
     }
 }
 
-/// The settings of one extraction; changing them recompiles and uploads nothing.
+/// The settings of one extraction; changing them uploads nothing, and compiles nothing but the kernel of another
+/// kind of normals when it is first asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// The iso value, in the units of the samples.
     pub iso: f32,
     /// Which side is inside, where it is not the source's own sense.
     pub sense: Option<Sense>,
+    /// What the normals of a field come from; those of a volume are differences of its samples.
+    pub normals: Normals,
     /// Whether a field's bricks are culled by its intervals. It changes no mesh, only the time.
     pub cull: bool,
     /// The most bytes that buffers (of GPU or CPU, the mesh included) may take.
@@ -84,12 +91,24 @@ pub struct Options {
 impl Options {
     /// The settings for an iso value, with all of memory.
     pub fn new(iso: f32) -> Self {
-        Self { iso, sense: None, cull: true, memory_budget: u64::MAX }
+        Self { iso, sense: None, normals: Normals::Exact, cull: true, memory_budget: u64::MAX }
+    }
+
+    /// Whether the numbers make sense.
+    pub(crate) fn check(&self) -> Result<(), ExtractError> {
+        if !self.iso.is_finite() {
+            return Err(ExtractError::Iso(self.iso));
+        }
+        match self.normals.delta() {
+            Some(delta) if !(delta.is_finite() && delta > 0.0) => Err(ExtractError::Delta(delta)),
+            _ => Ok(()),
+        }
     }
 }
 
 /// The parts of an extraction that are timed.
-pub const STAGES: [&str; 8] = ["read", "upload", "cull", "sample", "classify", "scan", "emit", "readback"];
+pub const STAGES: [&str; 9] =
+    ["read", "upload", "cull", "sample", "classify", "scan", "emit", "normals", "readback"];
 
 /// Indices into [`Report::seconds`].
 #[allow(missing_docs, reason = "the names say it all")]
@@ -100,6 +119,7 @@ pub mod stage_index {
     pub const CLASSIFY: usize = 4;
     pub const SCAN: usize = 5;
     pub const EMIT: usize = 6;
+    pub const NORMALS: usize = 7;
 }
 
 /// What an extraction did.
@@ -135,6 +155,12 @@ pub enum ExtractError {
     /// The iso value is NaN or infinite.
     #[error("the iso value is {0}: give a finite number")]
     Iso(f32),
+    /// The step of differences is NaN, infinite, 0 or below.
+    #[error(
+        "the step of the normals' differences is {0}: give a finite number over 0, in world units, or none for a \
+         hundredth of the grid's shortest step"
+    )]
+    Delta(f32),
     /// More bytes needed than allowed.
     #[error(
         "{what} needs {needed} bytes, over the memory budget of {budget} bytes: raise the budget \
@@ -243,9 +269,7 @@ fn widest(ranges: &[[u32; 2]]) -> Option<(f32, f32)> {
 
 /// Checks that hold for both backends.
 fn check(source: &Source<'_>, options: &Options) -> Result<(), ExtractError> {
-    if !options.iso.is_finite() {
-        return Err(ExtractError::Iso(options.iso));
-    }
+    options.check()?;
     let bricks = source.grid().brick_count();
     // Slabs number their bricks, and one past the last, in 32 bits.
     if bricks >= u64::from(u32::MAX) {

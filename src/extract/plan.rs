@@ -18,6 +18,7 @@ use crate::grid::{BRICK, Grid};
 use crate::stage::params::{Params, Work};
 use crate::stage::sample::BRICK_BYTES;
 use glam::UVec3;
+use std::collections::BTreeSet;
 
 /// Bytes of marks, brick map, active list, record, counts and range, a brick.
 const SCRATCH_BYTES: u64 = 8 + 4 + 4 + RECORD_BYTES + 8 + 8;
@@ -213,6 +214,15 @@ impl Plan {
         let z = if nx * ny > 1 { run >> 1 } else { 0 };
         let exists = slab.extent.y > y as u32 && slab.extent.z > z as u32;
         if exists { (y + 2 * z, slab.index + nx * (y + ny * z)) } else { (0, slab.index) }
+    }
+
+    /// The slabs whose vertices the triangles of `slab` may have: those where a run begins, and the next ones,
+    /// which a run may reach into.
+    pub(crate) fn slabs_beside(&self, slab: Slab) -> impl Iterator<Item = usize> {
+        let first = [0, 1, 2, 3].map(|run| self.run_of_halo(slab, run).1);
+        let count = self.slab_count();
+        let all = BTreeSet::from_iter(first.into_iter().flat_map(|i| [i, i + 1]));
+        all.into_iter().filter(move |&i| i < count)
     }
 }
 

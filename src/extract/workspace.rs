@@ -9,6 +9,7 @@ use crate::grid::Grid;
 use crate::stage::classify::{BrickRecord, Classify};
 use crate::stage::cull::{Bounds, Range};
 use crate::stage::emit::Emit;
+use crate::stage::normals::Normals;
 use crate::stage::params::{Params, Work};
 use crate::stage::sample::Sample;
 use crate::stage::shaders::Samples;
@@ -120,7 +121,11 @@ impl Workspace {
             active: buffer("active bricks", 4 * n)?,
             records: buffer("brick records", n * size_of::<BrickRecord>() as u64)?,
             counts: buffer("brick counts", 8 * (n + 1))?,
-            dispatches: gpu.buffer("dispatches", 24 * u64::from(plan.batches), storage | U::INDIRECT)?,
+            dispatches: gpu.buffer(
+                "dispatches",
+                24 * u64::from(plan.batches) + Normals::ARGUMENT_BYTES,
+                storage | U::INDIRECT,
+            )?,
             work: buffer("work", size_of::<Work>() as u64)?,
             work_start: buffer("work at start", size_of::<Work>() as u64)?,
             header: buffer("header", MESH_HEADER_BYTES)?,
@@ -154,6 +159,7 @@ impl Workspace {
     }
 
     pub(super) fn params(&self, options: &Options, slab: Slab) -> Params {
+        let sense = options.sense.unwrap_or(self.sense);
         Params {
             own_bricks: slab.own_bricks,
             slab_first: slab.first.into(),
@@ -161,7 +167,7 @@ impl Workspace {
             slab_extent: slab.extent.into(),
             source_first: slab.first_point.into(),
             source_extent: slab.points.into(),
-            ..Params::new(&self.grid, options.iso, options.sense.unwrap_or(self.sense))
+            ..Params::new(&self.grid, options.iso, sense).with_normals(options.normals)
         }
     }
 
@@ -183,7 +189,9 @@ impl Workspace {
             .set(b::PARTIALS, &self.partials)
             .set(b::HEADER, &self.header)
             .set(b::FIELD, &self.field_parameters)
-            .set(b::FIELD_DATA, &self.field_data_buffer);
+            .set(b::FIELD_DATA, &self.field_data_buffer)
+            // Stands for a second window where there is none.
+            .set(b::NEIGHBOURS, &self.odd);
         bindings
     }
 }

@@ -6,6 +6,7 @@
 //! function.
 
 mod closure;
+pub mod differences;
 mod extent;
 pub mod functions;
 pub mod named;
@@ -83,6 +84,9 @@ pub enum NoForm {
     /// The field has no WGSL.
     #[error("this field has no WGSL form: use `--backend cpu`")]
     Gpu,
+    /// The field has no gradient of its own.
+    #[error("this field has no exact gradient: take differences of its values")]
+    Gradient,
 }
 
 /// What is known of a field in a box.
@@ -119,25 +123,14 @@ pub trait Field: Send + Sync + fmt::Debug {
         None
     }
 
-    /// The gradients at `points`, of any length: only the direction is used. By default central
-    /// differences over ± `delta` world units along each axis.
+    /// The exact gradients at `points`, of any length: only the direction is used. By default there are none,
+    /// and [`differences`] stand in.
     ///
     /// # Errors
-    /// As [`Field::values`].
-    fn gradients(&self, points: Points<'_>, delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
-        let n = out.len();
-        let (mut shifted, mut high, mut low) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-        for axis in 0..3 {
-            for (offset, values) in [(delta, &mut high), (-delta, &mut low)] {
-                let base = [points.x, points.y, points.z][axis];
-                shifted.iter_mut().zip(base).for_each(|(s, b)| *s = b + offset);
-                let mut at = points;
-                *[&mut at.x, &mut at.y, &mut at.z][axis] = &shifted;
-                self.values(at, values)?;
-            }
-            out.iter_mut().zip(high.iter().zip(&low)).for_each(|(g, (h, l))| g[axis] = h - l);
-        }
-        Ok(())
+    /// [`NoForm::Gradient`] if the field has none; as [`Field::values`].
+    fn gradients(&self, points: Points<'_>, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+        let _ = (points, out);
+        Err(NoForm::Gradient)
     }
 
     /// What is known of the field in a box of points (x, y, z): bounds of its values, and a simpler field

@@ -151,8 +151,8 @@ impl Field for UserField {
         self.graph().ok_or(NoForm::Cpu)?.values(points, out)
     }
 
-    fn gradients(&self, points: Points<'_>, delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
-        self.graph().ok_or(NoForm::Cpu)?.gradients(points, delta, out)
+    fn gradients(&self, points: Points<'_>, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+        self.graph().ok_or(NoForm::Cpu)?.gradients(points, out)
     }
 
     fn within(&self, region: [Interval; 3]) -> Within {

@@ -44,8 +44,10 @@ pub mod binding {
     pub const FIELD: usize = 16;
     /// Lists and samples that a field reads.
     pub const FIELD_DATA: usize = 17;
+    /// A second window of the mesh's vertices.
+    pub const NEIGHBOURS: usize = 18;
     /// How many there are.
-    pub const COUNT: usize = 18;
+    pub const COUNT: usize = 19;
 }
 
 /// Buffers by binding number.

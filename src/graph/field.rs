@@ -116,7 +116,7 @@ impl Field for GraphField {
         self.code.only_leaf()?.lattice()
     }
 
-    fn gradients(&self, points: Points<'_>, _delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+    fn gradients(&self, points: Points<'_>, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
         DUALS
             .with_borrow_mut(|registers| eval::gradients(&self.code, &self.uniforms, points, registers, out));
         Ok(())

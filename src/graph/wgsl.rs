@@ -177,11 +177,11 @@ pub fn write(program: &Program) -> Texts {
     let LeafWgsl { value: leaf_values, gradient: leaf_gradients, interval: leaf_intervals } = leaves;
     Texts {
         value: format!(
-            "{leaf_values}fn density(p: vec3<f32>) -> f32 {{\n{value}    return {};\n}}\n",
+            "{leaf_values}fn density(at: vec3<f32>) -> f32 {{\n    let p = iso_point(at);\n{value}    return {};\n}}\n",
             writer.value(root)
         ),
         gradient: format!(
-            "{leaf_gradients}fn density_gradient(p: vec3<f32>) -> vec3<f32> {{\n{gradient}    return {};\n}}\n",
+            "{leaf_gradients}fn density_gradient(at: vec3<f32>) -> vec3<f32> {{\n    let p = iso_point(at);\n{gradient}    return {};\n}}\n",
             writer.gradient(root)
         ),
         interval: format!(

@@ -1,4 +1,4 @@
-//! The stages of extraction, in order: cull, sample, classify, scan, emit.
+//! The stages of extraction, in order: cull, sample, classify, scan, emit, normals.
 //!
 //! A stage `X` has its shader in `shaders/X.wgsl`, its GPU side in `stage/X/mod.rs`, its CPU twin in
 //! `stage/X/cpu.rs` and its parity test in `tests/stage/X.rs`. Twins have the shader's names and read
@@ -8,6 +8,7 @@ pub mod classify;
 pub mod cull;
 pub mod emit;
 pub mod inside;
+pub mod normals;
 pub mod params;
 pub mod sample;
 pub mod samples;

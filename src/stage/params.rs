@@ -2,6 +2,7 @@
 
 use super::inside::order_key;
 use crate::field::Sense;
+use crate::field::differences::Normals;
 use crate::grid::Grid;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec3, Vec3};
@@ -38,10 +39,11 @@ pub struct Params {
     pub first_vertices: [u32; 4],
     pub vertex_window: u32,
     pub vertex_capacity: u32,
-    pub padding: [u32; 2],
+    pub neighbour_window: u32,
+    pub neighbour_capacity: u32,
 }
 
-/// Gradients of fields without their own are differences over this part of the shortest step.
+/// Differences are taken over this part of the shortest step unless the caller says.
 const DELTA: f64 = 0.01;
 
 impl Params {
@@ -84,8 +86,17 @@ impl Params {
             first_vertices: [0; 4],
             vertex_window: 0,
             vertex_capacity: u32::MAX,
-            padding: [0; 2],
+            neighbour_window: 0,
+            neighbour_capacity: 0,
         }
+    }
+
+    /// The step of differences that `normals` asks for, if it does.
+    #[must_use]
+    pub fn with_normals(self, normals: Normals) -> Self {
+        // As in `new`.
+        let delta = normals.delta().map_or(self.delta, |delta| delta.max(f32::MIN_POSITIVE));
+        Self { delta, ..self }
     }
 
     /// Lowest point of a brick of the slab.
@@ -124,6 +135,8 @@ pub struct Work {
     pub batches: u32,
     pub run_slots: [u32; 4],
     pub run_vertices: [u32; 4],
+    pub singular: u32,
+    pub padding: [u32; 3],
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 //! source of samples it reads.
 
 use crate::field::Wgsl;
+use crate::field::differences::Normals;
 
 const PARAMS: &str = include_str!("../../shaders/shared/params.wgsl");
 const WORK: &str = include_str!("../../shaders/shared/work.wgsl");
@@ -18,7 +19,8 @@ pub const NOISE: &str = include_str!("../../shaders/shared/noise.wgsl");
 const VOLUME: &str = include_str!("../../shaders/source/volume.wgsl");
 const BRICKS: &str = include_str!("../../shaders/source/bricks.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
-const DIFFERENCES: &str = include_str!("../../shaders/source/differences.wgsl");
+const CENTRAL: &str = include_str!("../../shaders/source/central.wgsl");
+const FORWARD: &str = include_str!("../../shaders/source/forward.wgsl");
 const STRADDLES: &str = include_str!("../../shaders/shared/straddles.wgsl");
 const EXACT: &str = include_str!("../../shaders/graph/exact.wgsl");
 const INTERVAL: &str = include_str!("../../shaders/graph/interval.wgsl");
@@ -27,6 +29,8 @@ const CULL: &str = include_str!("../../shaders/cull.wgsl");
 const SAMPLE: &str = include_str!("../../shaders/sample.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/classify.wgsl");
 const SCAN: &str = include_str!("../../shaders/scan.wgsl");
+const NORMALS: &str = include_str!("../../shaders/normals.wgsl");
+const UNIT: &str = include_str!("../../shaders/shared/unit.wgsl");
 const EMIT: &str = include_str!("../../shaders/emit.wgsl");
 
 const FIELD_DATA: &str = "@group(0) @binding(17) var<storage, read> field_data: array<u32>;\n";
@@ -97,14 +101,15 @@ pub fn scan() -> String {
     link(&[PARAMS, WORK, SCAN])
 }
 
-/// The emit stage.
-pub fn emit(samples: Samples<'_>) -> String {
+/// The emit stage; `normals` says where a field's come from.
+pub fn emit(samples: Samples<'_>, normals: Normals) -> String {
     let source = match samples {
         Samples::Volume => link(&[VOLUME, NO_LOOPS]),
         Samples::Field(wgsl) => {
-            let functions = match &wgsl.gradient {
-                Some(own) => own.to_string(),
-                None => link(&[&wgsl.value, DIFFERENCES]),
+            let functions = match (normals, &wgsl.gradient) {
+                (Normals::Exact, Some(own)) => own.to_string(),
+                (Normals::Exact | Normals::Central { .. }, _) => link(&[&wgsl.value, CENTRAL]),
+                (Normals::Forward { .. }, _) => link(&[&wgsl.value, FORWARD]),
             };
             link(&[BRICKS, &field_part(wgsl, &functions), GRADIENT])
         }
@@ -112,5 +117,10 @@ pub fn emit(samples: Samples<'_>) -> String {
     // A brick has at most 1536 vertices. Where loops are counted an invocation should make few of them.
     let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
     let lanes = if counted { "const LANES = 256u;" } else { "const LANES = 64u;" };
-    link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, &source, ROW, lanes, EMIT])
+    link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, &source, ROW, UNIT, lanes, EMIT])
+}
+
+/// The normals stage.
+pub fn normals() -> String {
+    link(&[PARAMS, WORK, INSIDE, HEADER, UNIT, NORMALS])
 }

@@ -71,6 +71,20 @@ fn numbers() {
     refused(&["extract", "sphere", "-L", "0"], 2, &["-L 0"]);
     refused(&["extract", "sphere", "-L", "-1"], 2, &["-L -1"]);
     refused(&["extract", "sphere", "-L", "nan"], 2, &["-L"]);
+    for delta in ["0", "-1", "nan", "inf"] {
+        refused(
+            &["extract", "sphere", "--normals", "forward", "--delta", delta],
+            2,
+            &["--delta", "over zero"],
+        );
+    }
+    refused(&["compare", "sphere", "--delta", "0.1"], 2, &["--delta 0.1", "--normals central"]);
+    refused(
+        &["extract", "sphere", "--normals", "exact", "--delta", "1"],
+        2,
+        &["--delta 1", "--normals central"],
+    );
+    refused(&["extract", "sphere", "--normals", "good"], 2, &["--normals", "forward"]);
     refused(&["extract", "sphere", "-I", "x"], 2, &["--iso", "x"]);
     refused(&["extract", "sphere", "-I", "nan"], 2, &["finite"]);
     refused(&["extract", "sphere", "-I", "inf"], 2, &["finite"]);
@@ -113,6 +127,10 @@ fn volumes() {
         2,
         &["-n", "own grid"],
     );
+    for flags in [["--normals", "central"], ["--delta", "0.1"]] {
+        let args = ["extract", "a.nii.gz", "-I", "1", flags[0], flags[1]];
+        refused_with(&[("a.nii.gz", &good)], &args, 2, &[flags[0], "samples"]);
+    }
 }
 
 #[test]

@@ -21,6 +21,20 @@ fn fault(text: &str) -> FormulaError {
     parse(text, &given(&[("radius", 1.0), ("R", 2.0)])).expect_err(text)
 }
 
+/// A constant beside a coordinate: Mesa would move it into the sum that gives the point.
+#[test]
+fn constants_stay_where_they_are() {
+    let Some(extractor) = crate::common::extractor() else { return };
+    let grid = isoforge::grid::Grid::from_bounds([20; 3], glam::Vec3::NEG_ONE, glam::Vec3::ONE).unwrap();
+    for text in ["0 - max(x - 0.2, 0)", "min(0.1 + y, z - 0.7)", "(x + 0.3) * (z - 0.4) - y"] {
+        let field = GraphField::new(&parse(text, &[]).unwrap(), Sense::Below);
+        let source = isoforge::extract::Source::Field(&field, grid);
+        let found =
+            isoforge::compare::compare(extractor, &source, &isoforge::extract::Options::new(0.0)).unwrap();
+        assert!(found.agrees(), "{text}\n{found}");
+    }
+}
+
 #[test]
 fn values_are_those_of_mathematics() {
     let p = [0.5, -1.25, 2.0];

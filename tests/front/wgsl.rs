@@ -434,7 +434,7 @@ fn lowered_gradients_are_exact() {
     let lowered = field(&density("if p.x > 0.0 { return p.x * p.y; } return length(p.yz);"));
     let mut out = [[0.0; 3]; 2];
     lowered
-        .gradients(Points { x: &[2.0, -1.0], y: &[3.0, 3.0], z: &[4.0, 4.0] }, 0.1, &mut out)
+        .gradients(Points { x: &[2.0, -1.0], y: &[3.0, 3.0], z: &[4.0, 4.0] }, &mut out)
         .expect("a CPU form");
     assert_eq!(out[0], [3.0, 2.0, 0.0]);
     assert!((out[1][1] - 0.6).abs() < 1e-6 && (out[1][2] - 0.8).abs() < 1e-6 && out[1][0] == 0.0);

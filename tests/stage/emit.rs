@@ -7,7 +7,7 @@ use crate::inputs::{cases, check, holds};
 /// (`shaders/source/volume.wgsl`) are halved.
 #[test]
 fn as_the_twin() {
-    check("emit", &["indices", "number of vertices", "positions", "normals"]);
+    check("emit", &["indices", "number of vertices", "positions"]);
 }
 
 /// Both whole paths from the same source: the same bytes on a software adapter.

@@ -205,8 +205,8 @@ impl Field for Named {
         self.field.values(points, out)
     }
 
-    fn gradients(&self, points: Points<'_>, delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
-        self.field.gradients(points, delta, out)
+    fn gradients(&self, points: Points<'_>, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+        self.field.gradients(points, out)
     }
 
     fn within(&self, region: [Interval; 3]) -> Within {

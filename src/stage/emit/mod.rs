@@ -8,29 +8,64 @@
 pub mod cpu;
 
 use super::shaders::{self, Samples};
+use crate::field::Wgsl;
+use crate::field::differences::Normals;
 use crate::gpu::kernel::{Bindings, Kernel};
 use crate::gpu::{Gpu, GpuError};
+use std::sync::OnceLock;
 
 /// The kernels of the stage.
 #[derive(Debug)]
 pub struct Emit {
-    vertices: Kernel,
+    /// The field's text; none of a volume.
+    field: Option<Wgsl>,
+    /// One for each kind of normals, compiled when it is first asked for.
+    vertices: [OnceLock<Kernel>; 3],
     indices: Kernel,
     totals: Kernel,
 }
 
 impl Emit {
-    /// Compiles the kernels for a source of samples.
+    /// Compiles the kernels for a source of samples, but that of vertices.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
-        let source = shaders::emit(samples);
+        // What makes normals is no part of these.
+        let source = shaders::emit(samples, Normals::Exact);
+        let field = match samples {
+            Samples::Volume => None,
+            // The texts ask whether there is data, which may be large.
+            Samples::Field(wgsl) => {
+                Some(Wgsl { data: wgsl.data.iter().take(1).copied().collect(), ..wgsl.clone() })
+            }
+        };
         Ok(Self {
-            vertices: Kernel::new(gpu, &source, "emit_vertices", &[])?,
+            field,
+            vertices: Default::default(),
             indices: Kernel::new(gpu, &source, "emit_indices", &[])?,
             totals: Kernel::new(gpu, &source, "totals", &[])?,
         })
+    }
+
+    /// The kernel of vertices with such normals, compiled on the first call.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn vertices(&self, gpu: &Gpu, normals: Normals) -> Result<&Kernel, GpuError> {
+        let has_own = self.field.as_ref().is_none_or(|wgsl| wgsl.gradient.is_some());
+        let kind = match normals {
+            _ if self.field.is_none() => 0,
+            Normals::Exact if has_own => 0,
+            Normals::Exact | Normals::Central { .. } => 1,
+            Normals::Forward { .. } => 2,
+        };
+        if let Some(kernel) = self.vertices[kind].get() {
+            return Ok(kernel);
+        }
+        let samples = self.field.as_ref().map_or(Samples::Volume, Samples::Field);
+        let kernel = Kernel::new(gpu, &shaders::emit(samples, normals), "emit_vertices", &[])?;
+        Ok(self.vertices[kind].get_or_init(|| kernel))
     }
 
     /// Writes the slab's totals and the mesh header.
@@ -38,16 +73,17 @@ impl Emit {
         self.totals.dispatch(gpu, pass, bindings, 1);
     }
 
-    /// Emits one workgroup a brick, as many as lie at `offset` of `dispatches`.
+    /// Emits one workgroup a brick, as many as lie at `offset` of `dispatches`; `vertices` is one of
+    /// [`Emit::vertices`].
     pub fn encode(
         &self,
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         bindings: &Bindings<'_>,
-        dispatches: &wgpu::Buffer,
-        offset: u64,
+        vertices: &Kernel,
+        (dispatches, offset): (&wgpu::Buffer, u64),
     ) {
-        self.vertices.dispatch_indirect(gpu, pass, bindings, dispatches, offset);
+        vertices.dispatch_indirect(gpu, pass, bindings, dispatches, offset);
         self.indices.dispatch_indirect(gpu, pass, bindings, dispatches, offset);
     }
 }

@@ -4,4 +4,4 @@ mod indices;
 mod vertices;
 
 pub use indices::{Beside, EdgeNumbers, emit_indices};
-pub use vertices::{emit_field_vertices, emit_volume_vertices, unit_or};
+pub use vertices::{Gradients, emit_field_vertices, emit_volume_vertices};

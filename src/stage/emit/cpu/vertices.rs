@@ -3,19 +3,19 @@
 //! Where the shader gives a vertex to an invocation, the twin gathers the crossings of a brick into
 //! arrays, `LANES` at a time, and the arithmetic of the shader runs over the arrays.
 
+use crate::field::differences::{Normals, central, forward};
 use crate::field::{Field, NoForm, Points};
 use crate::mesh::Vertex;
 use crate::stage::classify::BrickRecord;
 use crate::stage::inside::Inside;
+use crate::stage::normals::cpu::{LEAST_GRADIENT, mark};
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
-use glam::{UVec3, Vec3};
+use glam::UVec3;
 use multiversion::multiversion;
 
 /// 2⁻⁹⁰: differences below it are taken of scaled numbers. Some drivers flush results below 2⁻¹²⁶ to zero.
 const SMALL: f32 = f32::from_bits(37 << 23);
-/// 2⁻¹¹⁰: a gradient below it has no direction that every driver agrees on.
-const LEAST_GRADIENT: f32 = f32::from_bits(17 << 23);
 
 /// A small number times 2¹⁰⁰; 0 for those that some drivers take for 0 (below 2⁻¹²⁶).
 fn scaled(v: f32) -> f32 {
@@ -37,20 +37,6 @@ fn crossing(iso: f32, a: f32, b: f32) -> f32 {
 const LANES: usize = 16;
 /// Of fields: as many as their evaluators take at a time.
 const FIELD_LANES: usize = crate::graph::eval::LANES;
-
-fn largest(v: Vec3) -> f32 {
-    v.x.abs().max(v.y.abs().max(v.z.abs()))
-}
-
-/// `v` at unit length, or the fallback where v has no direction. Scaling first keeps the squares from
-/// overflowing and underflowing.
-pub fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
-    let known = largest(v) >= LEAST_GRADIENT && v.is_finite();
-    let w = if known { v } else { fallback };
-    let scaled = w / largest(w);
-    // Plus 0: −0 becomes +0.
-    scaled / ((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z).sqrt() + Vec3::ZERO
-}
 
 /// Crossed edges of a brick, as many as `N`, and their vertices.
 struct Crossings<const N: usize> {
@@ -117,21 +103,20 @@ impl<const N: usize> Crossings<N> {
         }
     }
 
-    /// Along the edge, out of the solid: the normal where the gradient says nothing.
-    fn outwards(&self, params: &Params, inside: Inside, i: usize) -> Vec3 {
-        let steps = [params.step_x, params.step_y, params.step_z].map(Vec3::from);
+    /// The mark of a vertex whose gradient says nothing.
+    fn mark(&self, inside: Inside, i: usize) -> [f32; 3] {
         let axis = (0..3).find(|&axis| self.axis[axis][i] == 1.0).unwrap_or(0);
-        if inside.test(self.ends[0][i]) { steps[axis] } else { -steps[axis] }
+        mark(axis, !inside.test(self.ends[0][i]))
     }
 
-    /// Writes the vertices with `vectors`, at unit length, as normals.
+    /// Writes the vertices with `vectors`, at unit length, as normals; tells whether any had to be marked.
     #[inline(always)]
-    fn write(&self, params: &Params, inside: Inside, vectors: &[[f32; N]; 3], vertices: &mut [Vertex]) {
+    fn write(&self, inside: Inside, vectors: &[[f32; N]; 3], vertices: &mut [Vertex]) -> bool {
         let mut normals = [[0.0; N]; 3];
-        let mut unknown = 0u32;
+        let mut unknown = 0u64;
         let [x, y, z] = vectors;
         for i in 0..N {
-            // `unit_or`, without its fallback.
+            // `unit`.
             let larger = |a: f32, b: f32| if a > b { a } else { b };
             let most = larger(x[i].abs(), larger(y[i].abs(), z[i].abs()));
             let [sx, sy, sz] = [x[i] / most, y[i] / most, z[i] / most];
@@ -146,18 +131,22 @@ impl<const N: usize> Crossings<N> {
             let long = (x[i].abs() >= LEAST_GRADIENT)
                 | (y[i].abs() >= LEAST_GRADIENT)
                 | (z[i].abs() >= LEAST_GRADIENT);
-            unknown |= u32::from(!(finite & long));
+            unknown |= u64::from(!(finite & long)) << i;
         }
         for (i, vertex) in vertices.iter_mut().take(N).enumerate() {
             let position = [self.position[0][i], self.position[1][i], self.position[2][i]];
             *vertex = Vertex { position, normal: [normals[0][i], normals[1][i], normals[2][i]] };
         }
+        let mut marked = false;
         if unknown != 0 {
             for (i, vertex) in vertices.iter_mut().take(N).enumerate() {
-                let vector = Vec3::new(x[i], y[i], z[i]);
-                vertex.normal = unit_or(vector, self.outwards(params, inside, i)).into();
+                if unknown >> i & 1 == 1 {
+                    vertex.normal = self.mark(inside, i);
+                    marked = true;
+                }
             }
         }
+        marked
     }
 }
 
@@ -197,7 +186,7 @@ impl Iterator for Edges<'_> {
 }
 
 /// The vertices of a brick of a volume: normals from central differences at both ends of the edge,
-/// interpolated as the vertex is (Lorensen & Cline 1987).
+/// interpolated as the vertex is (Lorensen & Cline 1987). Tells whether any had to be marked for the normals stage.
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_volume_vertices(
     params: &Params,
@@ -206,13 +195,13 @@ pub fn emit_volume_vertices(
     origin: UVec3,
     record: &BrickRecord,
     vertices: &mut [Vertex],
-) {
+) -> bool {
     let (first, points) = (origin.to_array(), params.points);
     let interior = first.iter().zip(points).all(|(&first, n)| first > 0 && first + 9 < n);
     if interior {
-        volume_vertices::<true>(params, inside, values, first, record, vertices);
+        volume_vertices::<true>(params, inside, values, first, record, vertices)
     } else {
-        volume_vertices::<false>(params, inside, values, first, record, vertices);
+        volume_vertices::<false>(params, inside, values, first, record, vertices)
     }
 }
 
@@ -224,13 +213,14 @@ fn volume_vertices<const INTERIOR: bool>(
     origin: [u32; 3],
     record: &BrickRecord,
     vertices: &mut [Vertex],
-) {
+) -> bool {
     let [nx, ny, _] = params.points.map(|n| n as usize);
     let pitch = [1, nx, nx * ny];
     let mut edges = Edges::new(record);
     let mut batch = Crossings::<LANES>::new();
     // At both ends of the edges, along the axes.
     let mut slopes = [[[1.0; LANES]; 3]; 2];
+    let mut marked = false;
     for vertices in vertices.chunks_mut(LANES) {
         for (i, ([x, y, z], axis)) in (0..vertices.len()).zip(&mut edges) {
             let mut point = [origin[0] + x, origin[1] + y, origin[2] + z];
@@ -258,8 +248,9 @@ fn volume_vertices<const INTERIOR: bool>(
                 vector[i] = (x * gx + y * gy) + z * gz;
             }
         }
-        batch.write(params, inside, &vectors, vertices);
+        marked |= batch.write(inside, &vectors, vertices);
     }
+    marked
 }
 
 /// The difference per grid step along axis `k` at the value `at`, whose coordinate along the axis is
@@ -283,7 +274,32 @@ fn slope<const INTERIOR: bool>(
     if lower && upper { (high - low) * 0.5 } else { high - low }
 }
 
-/// The vertices of a brick of a field: normals from the field's gradients at the vertices.
+/// Where the normals of a brick of a field come from.
+#[derive(Debug, Clone, Copy)]
+pub struct Gradients<'a> {
+    /// How.
+    pub normals: Normals,
+    /// The field as it is within the brick.
+    pub here: &'a dyn Field,
+    /// The field as it is everywhere: differences reach out of the brick.
+    pub whole: &'a dyn Field,
+}
+
+impl Gradients<'_> {
+    fn at(&self, points: Points<'_>, delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+        match self.normals {
+            Normals::Exact => match self.here.gradients(points, out) {
+                Err(NoForm::Gradient) => central(self.whole, points, delta, out),
+                done => done,
+            },
+            Normals::Central { .. } => central(self.whole, points, delta, out),
+            Normals::Forward { .. } => forward(self.whole, points, delta, out),
+        }
+    }
+}
+
+/// The vertices of a brick of a field: normals from the field's gradients at the vertices. Tells whether any had
+/// to be marked for the normals stage.
 ///
 /// # Errors
 /// [`NoForm::Cpu`].
@@ -291,12 +307,12 @@ fn slope<const INTERIOR: bool>(
 pub fn emit_field_vertices(
     params: &Params,
     inside: Inside,
-    field: &dyn Field,
+    field: &Gradients<'_>,
     origin: UVec3,
     samples: &Samples<'_>,
     record: &BrickRecord,
     vertices: &mut [Vertex],
-) -> Result<(), NoForm> {
+) -> Result<bool, NoForm> {
     field_vertices(params, inside, field, origin.to_array(), samples, record, vertices)
 }
 
@@ -304,14 +320,15 @@ pub fn emit_field_vertices(
 fn field_vertices(
     params: &Params,
     inside: Inside,
-    field: &dyn Field,
+    field: &Gradients<'_>,
     origin: [u32; 3],
     samples: &Samples<'_>,
     record: &BrickRecord,
     vertices: &mut [Vertex],
-) -> Result<(), NoForm> {
+) -> Result<bool, NoForm> {
     let mut edges = Edges::new(record);
     let mut batch = Crossings::<FIELD_LANES>::new();
+    let mut marked = false;
     for vertices in vertices.chunks_mut(FIELD_LANES) {
         for (i, (local, axis)) in (0..vertices.len()).zip(&mut edges) {
             let [x, y, z] = local.map(|n| n as usize);
@@ -329,14 +346,14 @@ fn field_vertices(
         let mut gradients = [[1.0; 3]; FIELD_LANES];
         let [x, y, z] = &batch.position;
         let points = Points { x: &x[..count], y: &y[..count], z: &z[..count] };
-        field.gradients(points, params.delta, &mut gradients[..count])?;
+        field.at(points, params.delta, &mut gradients[..count])?;
         let mut vectors = [[0.0; FIELD_LANES]; 3];
         for (k, vector) in vectors.iter_mut().enumerate() {
             for i in 0..FIELD_LANES {
                 vector[i] = gradients[i][k] * params.outward_sign;
             }
         }
-        batch.write(params, inside, &vectors, vertices);
+        marked |= batch.write(inside, &vectors, vertices);
     }
-    Ok(())
+    Ok(marked)
 }

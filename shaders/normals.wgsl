@@ -1,0 +1,122 @@
+// normals: vertices whose gradient had no direction, which emit marked, get the average of their neighbours'
+// normals: of the other corners of their triangles, those that are not marked themselves.
+//
+// Sums are of whole numbers, which come out the same in any order. They are kept in the marks themselves:
+// each word of a mark is MARK + 8 sum, and the lowest three bits of the first are the code of the edge.
+// CPU twin: src/stage/normals/cpu.rs.
+
+@group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;
+@group(0) @binding(13) var<storage, read_write> vertices: array<atomic<u32>>;
+@group(0) @binding(14) var<storage, read> indices: array<u32>;
+@group(0) @binding(15) var<storage, read> header: MeshHeader;
+// A second window of the vertices, where the neighbours lie. Never written: but a buffer that is bound twice
+// must be bound the same way.
+@group(0) @binding(18) var<storage, read_write> neighbours: array<u32>;
+
+// Normals are summed in these parts of 1. A vertex lies in four cells and so in at most 20 triangles: a sum
+// of 40 is below 2²⁴, a whole number as a float.
+const PARTS = 262144.0;
+// What rounding can make of 40 normals that cancel lies below.
+const LEAST_SUM = 32.0;
+const LANES = 64u;
+const MOST_GROUPS = 65535u;
+
+fn item_of(lane: u32, group: vec3<u32>, groups: vec3<u32>) -> u32 {
+    return (group.y * groups.x + group.x) * LANES + lane;
+}
+
+fn arrange_for(place: u32, items: u32, wanted: bool) {
+    let groups = items / LANES + 1u;
+    dispatches[place] = select(0u, min(groups, MOST_GROUPS), wanted);
+    dispatches[place + 1u] = select(0u, groups / MOST_GROUPS + 1u, wanted);
+    dispatches[place + 2u] = select(0u, 1u, wanted);
+}
+
+// Where the mesh is recorded without waiting: how many workgroups there are to run, none if nothing is marked.
+// They lie behind those of the batches (src/stage/normals/mod.rs).
+@compute @workgroup_size(1)
+fn arrange() {
+    let marked = atomicLoad(&work.singular) != 0u;
+    // Of a mesh that does not fit triangles are missing, but no mark is left in it either.
+    arrange_for(6u * work.batches, header.triangles, marked && header.overflow == 0u);
+    arrange_for(6u * work.batches + 3u, min(header.vertices, params.vertex_capacity), marked);
+}
+
+// The normal of a vertex in parts, times 8; nothing of one that is marked, or not in the window.
+fn parts(number: u32) -> vec3<u32> {
+    var words: vec3<u32>;
+    if params.neighbour_capacity == 0u {
+        // The same window.
+        let place = number - params.vertex_window;
+        if place >= params.vertex_capacity {
+            return vec3<u32>(0u);
+        }
+        let at = 6u * place + 3u;
+        words = vec3<u32>(atomicLoad(&vertices[at]), atomicLoad(&vertices[at + 1u]), atomicLoad(&vertices[at + 2u]));
+    } else {
+        let place = number - params.neighbour_window;
+        if place >= params.neighbour_capacity {
+            return vec3<u32>(0u);
+        }
+        let at = 6u * place + 3u;
+        words = vec3<u32>(neighbours[at], neighbours[at + 1u], neighbours[at + 2u]);
+    }
+    if is_marked(words.x) {
+        return vec3<u32>(0u);
+    }
+    return bitcast<vec3<u32>>(vec3<i32>(floor(bitcast<vec3<f32>>(words) * PARTS + 0.5))) * 8u;
+}
+
+@compute @workgroup_size(LANES)
+fn add_neighbours(
+    @builtin(local_invocation_index) lane: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let triangle = params.first_triangle + item_of(lane, group, groups);
+    if triangle >= min(params.triangle_window + params.triangle_capacity, header.triangles) {
+        return;
+    }
+    let first = 3u * (triangle - params.triangle_window);
+    var corners = array<u32, 3>(indices[first], indices[first + 1u], indices[first + 2u]);
+    for (var i = 0u; i < 3u; i++) {
+        // Below the window this is a large number.
+        let place = corners[i] - params.vertex_window;
+        if place >= params.vertex_capacity {
+            continue;
+        }
+        let at = 6u * place + 3u;
+        if is_marked(atomicLoad(&vertices[at])) {
+            let sum = parts(corners[(i + 1u) % 3u]) + parts(corners[(i + 2u) % 3u]);
+            atomicAdd(&vertices[at], sum.x);
+            atomicAdd(&vertices[at + 1u], sum.y);
+            atomicAdd(&vertices[at + 2u], sum.z);
+        }
+    }
+}
+
+@compute @workgroup_size(LANES)
+fn average(
+    @builtin(local_invocation_index) lane: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let place = item_of(lane, group, groups);
+    if place >= min(params.vertex_capacity, header.vertices - params.vertex_window) {
+        return;
+    }
+    let at = 6u * place + 3u;
+    let words = vec3<u32>(atomicLoad(&vertices[at]), atomicLoad(&vertices[at + 1u]), atomicLoad(&vertices[at + 2u]));
+    if !is_marked(words.x) {
+        return;
+    }
+    let sum = vec3<f32>(bitcast<vec3<i32>>(words - MARK) >> vec3<u32>(3u));
+    // Where the neighbours say nothing, the normal runs along the edge, out of the solid.
+    let axis = vec3<f32>(vec3<u32>(0u, 1u, 2u) == vec3<u32>(words.x & 3u));
+    let along = (params.step_x * axis.x + params.step_y * axis.y) + params.step_z * axis.z;
+    let outwards = select(along, -along, (words.x & 4u) != 0u);
+    let normal = unit(select(outwards, sum, largest(sum) >= LEAST_SUM));
+    atomicStore(&vertices[at], bitcast<u32>(normal.x));
+    atomicStore(&vertices[at + 1u], bitcast<u32>(normal.y));
+    atomicStore(&vertices[at + 2u], bitcast<u32>(normal.z));
+}
