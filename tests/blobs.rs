@@ -6,6 +6,8 @@ mod common;
 mod bad_input;
 #[path = "blobs/bounds.rs"]
 mod bounds;
+#[path = "blobs/ellipsoids.rs"]
+mod ellipsoids;
 #[path = "blobs/extraction.rs"]
 mod extraction;
 #[path = "blobs/kernels.rs"]

@@ -1,9 +1,10 @@
 // A sum of components of finite support; src/graph/blobs/ is the twin and says how they are stored. LEAF
-// stands for the leaf's name; LEAF_FIRST, LEAF_KERNEL and LEAF_FALLOFF are its constants. Marks of their own line
+// stands for the leaf's name; LEAF_FIRST, LEAF_KERNEL, LEAF_FALLOFF, LEAF_TURNED and LEAF_WORDS are its constants. Marks of their own line
 // part what all need, values, gradients and bounds.
 //
 // Data: how many grids, where the components begin, the slack; of each grid ten words (origin, cells a unit, dims,
-// reach, where its cells and its peaks begin); cells and peaks; five words a component. Places count from LEAF_FIRST.
+// reach, where its cells and its peaks begin); cells and peaks; five words a component, of turned ellipsoids 13 (centre,
+// three rows, weight). Places count from LEAF_FIRST.
 
 fn LEAF_word(at: u32) -> u32 {
     return field_data[LEAF_FIRST + at];
@@ -38,6 +39,24 @@ fn LEAF_kernel(q: f32) -> f32 {
     }
 }
 
+// A distance in the axes of a turned component.
+fn LEAF_turned(at: u32, d: vec3<f32>) -> vec3<f32> {
+    var e = vec3<f32>(0.0);
+    for (var k = 0u; k < 3u; k++) {
+        let row = at + 3u + 3u * k;
+        e[k] = (LEAF_number(row) * d.x + LEAF_number(row + 1u) * d.y) + LEAF_number(row + 2u) * d.z;
+    }
+    return e;
+}
+
+fn LEAF_q(at: u32, d: vec3<f32>) -> f32 {
+    if LEAF_TURNED {
+        let e = LEAF_turned(at, d);
+        return (e.x * e.x + e.y * e.y) + e.z * e.z;
+    }
+    return ((d.x * d.x + d.y * d.y) + d.z * d.z) * LEAF_number(at + 3u);
+}
+
 // First and last cell along an axis that a box reaches; last below first where there is none.
 fn LEAF_span(grid: u32, axis: u32, low: f32, high: f32) -> vec2<f32> {
     let origin = LEAF_number(grid + axis);
@@ -67,12 +86,9 @@ fn LEAF(p: vec3<f32>) -> f32 {
                 let row = LEAF_word(grid + 8u) + nx * (cy + ny * cz);
                 let end = LEAF_word(row + u32(x.y) + 1u);
                 for (var i = LEAF_word(row + u32(x.x)); i < end; i++) {
-                    let at = components + 5u * i;
-                    let dx = p.x - LEAF_number(at);
-                    let dy = p.y - LEAF_number(at + 1u);
-                    let dz = p.z - LEAF_number(at + 2u);
-                    let q = ((dx * dx + dy * dy) + dz * dz) * LEAF_number(at + 3u);
-                    sum += LEAF_number(at + 4u) * LEAF_kernel(q);
+                    let at = components + LEAF_WORDS * i;
+                    let d = p - vec3<f32>(LEAF_number(at), LEAF_number(at + 1u), LEAF_number(at + 2u));
+                    sum += LEAF_number(at + LEAF_WORDS - 1u) * LEAF_kernel(LEAF_q(at, d));
                 }
             }
         }
@@ -101,6 +117,21 @@ fn LEAF_slope(q: f32) -> f32 {
     }
 }
 
+// The gradient of q, times a number.
+fn LEAF_along(at: u32, d: vec3<f32>, slope: f32) -> vec3<f32> {
+    if LEAF_TURNED {
+        let e = LEAF_turned(at, d);
+        var sum = vec3<f32>(0.0);
+        for (var k = 0u; k < 3u; k++) {
+            let column = at + 3u + k;
+            sum[k] = (LEAF_number(column) * e.x + LEAF_number(column + 3u) * e.y) + LEAF_number(column + 6u) * e.z;
+        }
+        return (slope + slope) * sum;
+    }
+    let inverse_square = LEAF_number(at + 3u);
+    return (slope * (inverse_square + inverse_square)) * d;
+}
+
 fn LEAF_gradient(p: vec3<f32>) -> vec4<f32> {
     var sum = vec4<f32>(0.0);
     let components = LEAF_word(1u);
@@ -119,14 +150,12 @@ fn LEAF_gradient(p: vec3<f32>) -> vec4<f32> {
                 let row = LEAF_word(grid + 8u) + nx * (cy + ny * cz);
                 let end = LEAF_word(row + u32(x.y) + 1u);
                 for (var i = LEAF_word(row + u32(x.x)); i < end; i++) {
-                    let at = components + 5u * i;
+                    let at = components + LEAF_WORDS * i;
                     let d = p - vec3<f32>(LEAF_number(at), LEAF_number(at + 1u), LEAF_number(at + 2u));
-                    let inverse_square = LEAF_number(at + 3u);
-                    let weight = LEAF_number(at + 4u);
-                    let q = ((d.x * d.x + d.y * d.y) + d.z * d.z) * inverse_square;
+                    let weight = LEAF_number(at + LEAF_WORDS - 1u);
+                    let q = LEAF_q(at, d);
                     if q < 1.0 {
-                        let slope = (weight * LEAF_slope(q)) * (inverse_square + inverse_square);
-                        sum += vec4<f32>(weight * LEAF_kernel(q), slope * d);
+                        sum += vec4<f32>(weight * LEAF_kernel(q), LEAF_along(at, d, weight * LEAF_slope(q)));
                     }
                 }
             }
@@ -145,6 +174,35 @@ fn LEAF_away(low: f32, high: f32, at: f32) -> vec2<f32> {
     let one = high - at;
     let other = at - low;
     return vec2<f32>(select(0.0, near, near > 0.0), select(other, one, one > other));
+}
+
+// The least and the largest q over a box. A little less and a little more, since drivers may contract.
+fn LEAF_range(at: u32, low: vec3<f32>, high: vec3<f32>) -> vec2<f32> {
+    let centre = vec3<f32>(LEAF_number(at), LEAF_number(at + 1u), LEAF_number(at + 2u));
+    if LEAF_TURNED {
+        var q = vec2<f32>(0.0);
+        for (var k = 0u; k < 3u; k++) {
+            let first = at + 3u + 3u * k;
+            let row = vec3<f32>(LEAF_number(first), LEAF_number(first + 1u), LEAF_number(first + 2u));
+            let a = row * (low - centre);
+            let b = row * (high - centre);
+            let sizes = max(abs(a), abs(b));
+            let off = ((sizes.x + sizes.y) + sizes.z) * 0x1p-20f;
+            let lows = min(a, b);
+            let highs = max(a, b);
+            let lo = ((lows.x + lows.y) + lows.z) - off;
+            let hi = ((highs.x + highs.y) + highs.z) + off;
+            let least = select(select(0.0, hi * hi, hi < 0.0), lo * lo, lo > 0.0);
+            q += vec2<f32>(least, max(lo * lo, hi * hi));
+        }
+        // Drivers would move these constants into the kernel's.
+        return vec2<f32>(iso_exact(q.x * (1.0 - 0x1p-20f)), iso_exact(q.y * (1.0 + 0x1p-20f)));
+    }
+    let dx = LEAF_away(low.x, high.x, centre.x);
+    let dy = LEAF_away(low.y, high.y, centre.y);
+    let dz = LEAF_away(low.z, high.z, centre.z);
+    let squares = (dx * dx + dy * dy) + dz * dz;
+    return (squares * vec2<f32>(1.0 - 0x1p-20f, 1.0 + 0x1p-20f)) * LEAF_number(at + 3u);
 }
 
 fn LEAF_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32> {
@@ -196,18 +254,12 @@ fn LEAF_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32> {
                 let row = LEAF_word(grid + 8u) + dims.x * (cy + dims.y * cz);
                 let end = LEAF_word(row + last.x + 1u);
                 for (var i = LEAF_word(row + first.x); i < end; i++) {
-                    let at = components + 5u * i;
-                    let dx = LEAF_away(x.x, x.y, LEAF_number(at));
-                    let dy = LEAF_away(y.x, y.y, LEAF_number(at + 1u));
-                    let dz = LEAF_away(z.x, z.y, LEAF_number(at + 2u));
-                    let squares = (dx * dx + dy * dy) + dz * dz;
-                    // A little less and a little more, since drivers may contract.
-                    let q = (squares.x * (1.0 - 0x1p-20f)) * LEAF_number(at + 3u);
-                    let most = (squares.y * (1.0 + 0x1p-20f)) * LEAF_number(at + 3u);
-                    if q < 1.0 {
-                        let weight = LEAF_number(at + 4u);
-                        let near = weight * LEAF_kernel(q);
-                        let far = weight * LEAF_kernel(most);
+                    let at = components + LEAF_WORDS * i;
+                    let q = LEAF_range(at, vec3<f32>(x.x, y.x, z.x), vec3<f32>(x.y, y.y, z.y));
+                    if q.x < 1.0 {
+                        let weight = LEAF_number(at + LEAF_WORDS - 1u);
+                        let near = weight * LEAF_kernel(q.x);
+                        let far = weight * LEAF_kernel(q.y);
                         bounds += vec2<f32>(select(far, near, near < far), select(near, far, near < far));
                         magnitude += abs(near);
                         count += 1u;

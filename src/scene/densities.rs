@@ -3,13 +3,15 @@
 //! keys.
 
 use super::error::{Fault, SceneError};
+use super::table::Item;
 use super::tree::{Build, Made, Node};
 use crate::components;
 use crate::graph::Expr;
-use crate::graph::blobs::{BLOBBY, Blobs, Component, Kernel, skeleton};
-use crate::graph::shapes::Vector;
+use crate::graph::blobs::{BLOBBY, Blobs, Component, Ellipsoid, Ellipsoids, Kernel, skeleton};
+use crate::graph::shapes::{ShapeError, Vector};
 use crate::graph::volume::{Border, Gradient, Interpolation, Lookup, VolumeLeaf};
 use crate::volume::{self, Endian, RawLayout, Scalar};
+use glam::{DQuat, DVec3, Quat, Vec3};
 use std::sync::Arc;
 
 type Found<T> = Result<T, SceneError>;
@@ -85,18 +87,42 @@ fn blob(node: &Node<'_, '_>) -> Found<Made> {
 
 fn blobs(node: &Node<'_, '_>) -> Found<Made> {
     let wanted = "a list of tables like { at = [0, 0, 0], radius = 1, weight = 1 }";
-    let mut components = Vec::new();
-    for item in node.table.need("components", wanted)?.list(wanted)? {
-        let table = item.table("a table like { at = [0, 0, 0], radius = 1, weight = 1 }")?;
-        let at = table.need("at", "its centre, three numbers")?.plain_triple()?;
-        components.push(Component {
-            position: at.map(|c| c as f32),
-            radius: table.plain_or("radius", 1.0)? as f32,
-            weight: table.plain_or("weight", 1.0)? as f32,
-        });
+    let list = node.table.need("components", wanted)?.list(wanted)?;
+    let ellipsoids = list.iter().map(component).collect::<Found<Vec<_>>>()?;
+    let kernel = kernel(node)?;
+    let is_ball = |e: &Ellipsoid| e.scale == Vec3::ONE && e.rotation == Quat::IDENTITY;
+    let sum = match ellipsoids.iter().all(is_ball) {
+        true => {
+            Blobs::new(kernel, ellipsoids.iter().map(|e| e.component).collect()).map(|blobs| blobs.expr())
+        }
+        false => Ellipsoids::new(kernel, &ellipsoids).map(|ellipsoids| ellipsoids.expr()),
+    };
+    with_iso(node, node.check(sum)?)
+}
+
+/// A component of a list.
+fn component(item: &Item<'_>) -> Found<Ellipsoid> {
+    let table = item.table("a table like { at = [0, 0, 0], radius = 1, weight = 1 }")?;
+    let at = table.need("at", "its centre, three numbers")?.plain_triple()?;
+    let position = at.map(|c| c as f32);
+    let (radius, weight) = (table.plain_or("radius", 1.0)? as f32, table.plain_or("weight", 1.0)? as f32);
+    let scale = table.get("scale").map_or(Ok([1.0; 3]), |item| item.plain_triple())?;
+    let rotation = table.get("rotate").map_or(Ok(DQuat::IDENTITY), |item| {
+        let table = item.table("a table { axis, degrees }, or turns for degrees")?;
+        let axis = DVec3::from(table.need("axis", "its direction, three numbers")?.plain_triple()?);
+        let turns = match (table.get("degrees"), table.get("turns")) {
+            (Some(degrees), None) => degrees.plain()? / 360.0,
+            (None, Some(turns)) => turns.plain()?,
+            _ => return Err(table.fault(Fault::One { keys: vec!["`degrees`", "`turns`"] })),
+        };
+        let axis =
+            axis.try_normalize().ok_or_else(|| table.fault(ShapeError::NoDirection { what: "axis" }))?;
         table.finish()?;
-    }
-    with_iso(node, node.check(Blobs::new(kernel(node)?, components))?.expr())
+        Ok(DQuat::from_axis_angle(axis, turns * std::f64::consts::TAU))
+    })?;
+    table.finish()?;
+    let (rotation, scale) = (rotation.as_quat(), Vec3::from(scale.map(|s| s as f32)));
+    Ok(Ellipsoid { component: Component { position, radius, weight }, rotation, scale })
 }
 
 fn points(node: &Node<'_, '_>) -> Found<Made> {

@@ -139,6 +139,11 @@ fn shapes_that_cannot_be() {
         (1, 1, "nodes.n"),
         "component 0 (from 0) has the radius 0",
     );
+    let part = |keys: &str, place, words| {
+        node(&format!("kind = 'blobs'\ncomponents = [{{at = [0, 0, 0], {keys}}}]"), place, words)
+    };
+    part("scale = [1, 0, 1]", (1, 1, "nodes.n"), "component 0 (from 0) is scaled by [1.0, 0.0, 1.0]");
+    part("rotate = {axis = [0, 0, 0], turns = 1}", (3, 41, "nodes.n.components[0].rotate"), "no direction");
     node("kind = 'blobs'\ncomponents = []", (1, 1, "nodes.n"), "there is no component");
 }
 

@@ -6,7 +6,7 @@ use isoforge::compare::compare;
 use isoforge::extract::{Extractor, Options, Source};
 use isoforge::field::Sense;
 use isoforge::field::named;
-use isoforge::graph::blobs::{BLOBBY, Blobs, Component, Kernel, skeleton};
+use isoforge::graph::blobs::{BLOBBY, Blobs, Component, Ellipsoid, Ellipsoids, Kernel, skeleton};
 use isoforge::graph::shapes::*;
 use isoforge::graph::volume::{Border, Gradient, Interpolation, Lookup, VolumeLeaf};
 use isoforge::graph::{Expr, x, y, z};
@@ -158,6 +158,19 @@ fn densities() {
     is(keys, blobs.clone());
     assert_eq!(node(keys).sense, Sense::Above, "densities are high inside");
     assert_eq!(node(&format!("{keys}\niso = 0.5")).sense, Sense::Below);
+    let stretched = Ellipsoid {
+        component: at([0.5, 0.0, 0.0], 0.5, -0.5),
+        rotation: glam::Quat::from_axis_angle(glam::Vec3::Z, std::f32::consts::FRAC_PI_2),
+        scale: glam::Vec3::new(1.0, 2.0, 3.0),
+    };
+    let ball = Ellipsoid {
+        component: at([0.0; 3], 1.0, 1.0),
+        rotation: glam::Quat::IDENTITY,
+        scale: glam::Vec3::ONE,
+    };
+    let turned = Ellipsoids::new(Kernel::SoftObject, &[ball, stretched]).unwrap().expr();
+    let more = ", rotate = {axis = [0, 0, 2], degrees = 90}, scale = [1, 2, 3]}]";
+    is(&keys.replace("}]", more), turned);
     // Transforms of a density move it and leave its values.
     is(&format!("{keys}\nscale = 2"), blobs.at([x() * 0.5, y() * 0.5, z() * 0.5]));
     let sum = format!(

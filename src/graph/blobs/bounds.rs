@@ -15,10 +15,10 @@ const FEW_CELLS: u32 = 512;
 /// Components that are looked at together.
 const LANES: usize = 8;
 /// 2⁻²⁰: part by which q may be off where a driver contracts.
-const LESS: f32 = 1.0 - 1.0 / 1_048_576.0;
-const MORE: f32 = 1.0 + 1.0 / 1_048_576.0;
+pub(super) const LESS: f32 = 1.0 - 1.0 / 1_048_576.0;
+pub(super) const MORE: f32 = 1.0 + 1.0 / 1_048_576.0;
 /// 2⁻²²: what adding another component may put the sum off by, as a part of all magnitudes; and 2⁻¹⁷.
-pub(super) const PER_COMPONENT: f32 = 1.0 / 4_194_304.0;
+const PER_COMPONENT: f32 = 1.0 / 4_194_304.0;
 const AT_LEAST: f32 = 1.0 / 131_072.0;
 
 /// The square of the largest distance, in radii, of a component from a point of the box, and a little more.
@@ -34,7 +34,7 @@ fn farthest(component: &Stored, low: [f32; 3], high: [f32; 3]) -> f32 {
 
 /// Bounds as they grow, part by part.
 #[derive(Default)]
-struct Sums {
+pub(super) struct Sums {
     lo: f32,
     hi: f32,
     /// Of the magnitudes of what was added one by one, and how many these were.
@@ -78,7 +78,16 @@ impl Sums {
         self.waits = 0;
     }
 
-    fn add_peaks(&mut self, grid: &Grid, [first, last]: [[u32; 3]; 2]) {
+    /// Adds a component that reaches the box: its values where it is nearest and farthest.
+    #[inline(always)]
+    pub fn add(&mut self, near: f32, far: f32) {
+        self.lo += if near < far { near } else { far };
+        self.hi += if near < far { far } else { near };
+        self.magnitude += near.abs();
+        self.count += 1;
+    }
+
+    pub fn add_peaks(&mut self, grid: &Grid, [first, last]: [[u32; 3]; 2]) {
         let mut level = 0;
         while (0..3).any(|k| (last[k] >> (level + 1)) - (first[k] >> (level + 1)) > 3) {
             level += 1;
@@ -98,11 +107,23 @@ impl Sums {
         }
     }
 
-    fn interval(self, slack: f32) -> Interval {
+    pub fn interval(self, slack: f32) -> Interval {
         let by = self.magnitude * (self.count as f32 * PER_COMPONENT + AT_LEAST) + self.coarse * slack;
         let (lo, hi) = (self.lo - by, self.hi + by);
         if lo.is_finite() && hi.is_finite() { Interval::new(lo, hi) } else { ALL }
     }
+}
+
+/// What rounding may put a sum of all of so many components off by, as a part of the magnitudes.
+pub(super) fn slack(components: usize) -> f32 {
+    components as f32 * PER_COMPONENT + 1.0 / 1024.0
+}
+
+/// Whether the components in a box of cells are too many to be looked at one by one.
+#[inline(always)]
+pub(super) fn is_coarse([first, last]: [[u32; 3]; 2]) -> bool {
+    let [nx, ny, nz] = [0, 1, 2].map(|k| (last[k] - first[k] + 1).min(FEW_CELLS + 1));
+    nx * ny > FEW_CELLS || nx * ny * nz > FEW_CELLS
 }
 
 /// Corners of a box; `None` if it is unbounded.
@@ -141,14 +162,13 @@ fn bounds_of(profile: impl Profile, from: From<'_>, low: [f32; 3], high: [f32; 3
         From::List(components) => sums.add_run(profile, components, low, high),
         From::Grids(grids, components) => {
             for grid in grids {
-                let Some([first, last]) = grid.cells(low, high) else { continue };
-                let [nx, ny, nz] = [0, 1, 2].map(|k| (last[k] - first[k] + 1).min(FEW_CELLS + 1));
-                if nx * ny > FEW_CELLS || nx * ny * nz > FEW_CELLS {
+                let Some(cells) = grid.cells(low, high) else { continue };
+                if is_coarse(cells) {
                     // In the order of the grids.
                     sums.take_waiting(profile, low, high);
-                    sums.add_peaks(grid, [first, last]);
+                    sums.add_peaks(grid, cells);
                 } else {
-                    for run in grid.runs([first, last]) {
+                    for run in grid.runs(cells) {
                         sums.add_run(profile, &components[run], low, high);
                     }
                 }

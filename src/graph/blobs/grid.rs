@@ -192,11 +192,12 @@ fn sort(keys: &[u32], cells: u32) -> (Vec<u32>, Vec<u32>) {
     (starts, order)
 }
 
-/// Sorts the components into grids.
-pub(super) fn arrange(components: &[Stored], peak: f32) -> (Vec<Stored>, Vec<Grid>) {
+/// Sorts the components into grids: their numbers in the order of the sums, they themselves in it, and the grids.
+pub(super) fn arrange(components: &[Stored], peak: f32) -> (Vec<u32>, Vec<Stored>, Vec<Grid>) {
     let mut open = classes(components);
     open.reverse();
     let (mut sorted, mut grids) = (Vec::with_capacity(components.len()), Vec::new());
+    let mut numbers = Vec::with_capacity(components.len());
     while let Some(group) = open.pop() {
         let sparse = group.cell() > 1.5 * f64::from(group.reach) && group.members.len() >= 64;
         if sparse
@@ -208,10 +209,11 @@ pub(super) fn arrange(components: &[Stored], peak: f32) -> (Vec<Stored>, Vec<Gri
         }
         let (mut grid, order) = group.grid(components, sorted.len() as u32);
         sorted.par_extend(order.par_iter().map(|&i| components[i as usize]));
+        numbers.extend_from_slice(&order);
         grid.peaks = peaks(&grid, &sorted, peak);
         grids.push(grid);
     }
-    (sorted, grids)
+    (numbers, sorted, grids)
 }
 
 /// The components by size: within a class they differ by 2, or more where there would be too many classes.

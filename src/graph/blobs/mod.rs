@@ -5,6 +5,7 @@
 //! surface. [`skeleton`] has blobs around segments, lines and tori, as expressions.
 
 mod bounds;
+mod ellipsoids;
 mod grid;
 mod kernel;
 mod lattice;
@@ -12,6 +13,7 @@ pub mod skeleton;
 mod sum;
 
 pub use crate::components::Component;
+pub use ellipsoids::{Ellipsoid, Ellipsoids};
 pub use kernel::{BLOBBY, Kernel};
 
 use super::Expr;
@@ -81,6 +83,22 @@ pub enum BlobsError {
         /// Its radius.
         radius: f32,
     },
+    /// Factors that are 0, negative, NaN or infinite.
+    #[error("component {index} (from 0) is scaled by {scale:?}: give finite numbers above 0")]
+    Scale {
+        /// Which component, from 0.
+        index: usize,
+        /// Its factors.
+        scale: [f32; 3],
+    },
+    /// A quaternion that is NaN, infinite or of no length.
+    #[error("component {index} (from 0) is turned by the quaternion {rotation:?}: give one of length 1")]
+    Rotation {
+        /// Which component, from 0.
+        index: usize,
+        /// Its quaternion, x, y, z, w.
+        rotation: [f32; 4],
+    },
     /// A cut-off that leaves nothing, or all.
     #[error(
         "the blobby is to be cut off where it is {least} of its peak: give a number from 1e-30 to below 1"
@@ -116,12 +134,7 @@ impl Blobs {
     /// # Errors
     /// [`BlobsError`] names the first component that cannot be used.
     pub fn new(kernel: Kernel, components: Vec<Component>) -> Result<Arc<Blobs>, BlobsError> {
-        match kernel {
-            Kernel::Blobby { least } if !kernel.is_sound() => return Err(BlobsError::CutOff { least }),
-            _ if components.is_empty() => return Err(BlobsError::Empty),
-            _ if components.len() > MOST => return Err(BlobsError::TooMany { count: components.len() }),
-            _ => {}
-        }
+        check(kernel, components.len())?;
         let stored: Result<Vec<Stored>, BlobsError> = match components
             .par_iter()
             .enumerate()
@@ -133,8 +146,8 @@ impl Blobs {
             }
         };
         drop(components);
-        let (components, grids) = grid::arrange(&stored?, kernel.value(0.0));
-        let slack = components.len() as f32 * bounds::PER_COMPONENT + 1.0 / 1024.0;
+        let (_, components, grids) = grid::arrange(&stored?, kernel.value(0.0));
+        let slack = bounds::slack(components.len());
         Ok(Arc::new(Self { kernel, components, grids, slack }))
     }
 
@@ -180,6 +193,15 @@ impl Blobs {
             [[x - radius, y - radius, z - radius], [x + radius, y + radius, z + radius]]
         };
         self.components.par_iter().map(one).reduce(none, join)
+    }
+}
+
+fn check(kernel: Kernel, count: usize) -> Result<(), BlobsError> {
+    match kernel {
+        Kernel::Blobby { least } if !kernel.is_sound() => Err(BlobsError::CutOff { least }),
+        _ if count == 0 => Err(BlobsError::Empty),
+        _ if count > MOST => Err(BlobsError::TooMany { count }),
+        _ => Ok(()),
     }
 }
 
@@ -238,40 +260,64 @@ impl Leaf for Blobs {
     }
 
     fn wgsl(&self, name: &str, first: usize) -> LeafWgsl {
-        let head = format!(
-            "const LEAF_FIRST = {first}u;\nconst LEAF_KERNEL = {}u;\nconst LEAF_FALLOFF = {:?}f;\n",
-            self.kernel.number(),
-            self.kernel.falloff()
-        );
-        LeafWgsl::from_template(&(head + WGSL), name)
+        wgsl(self.kernel, false, name, first)
     }
 
     fn data(&self) -> Vec<u32> {
-        let mut data = Vec::with_capacity(self.data_bytes() as usize / 4);
+        Data { grids: &self.grids, slack: self.slack, components: bytemuck::cast_slice(&self.components) }
+            .words()
+    }
+
+    fn data_bytes(&self) -> u64 {
+        Data { grids: &self.grids, slack: self.slack, components: bytemuck::cast_slice(&self.components) }
+            .bytes()
+    }
+}
+
+/// The shader of balls, or of turned ellipsoids.
+fn wgsl(kernel: Kernel, turned: bool, name: &str, first: usize) -> LeafWgsl {
+    let head = format!(
+        "const LEAF_FIRST = {first}u;\nconst LEAF_KERNEL = {}u;\nconst LEAF_FALLOFF = {:?}f;\n\
+         const LEAF_TURNED = {turned};\nconst LEAF_WORDS = {}u;\n",
+        kernel.number(),
+        kernel.falloff(),
+        if turned { 13 } else { 5 }
+    );
+    LeafWgsl::from_template(&(head + WGSL), name)
+}
+
+/// What the shader reads.
+struct Data<'a> {
+    grids: &'a [Grid],
+    slack: f32,
+    components: &'a [u32],
+}
+
+impl Data<'_> {
+    fn words(&self) -> Vec<u32> {
+        let mut data = Vec::with_capacity(self.bytes() as usize / 4);
         let mut place = HEADER + GRID_HEADER * self.grids.len();
         data.extend([self.grids.len() as u32, self.components_at() as u32, self.slack.to_bits()]);
-        for grid in &self.grids {
+        for grid in self.grids {
             data.extend(grid.origin.map(f32::to_bits));
             data.push(grid.inverse.to_bits());
             data.extend(grid.dims);
             data.extend([grid.reach.to_bits(), place as u32, (place + grid.starts.len()) as u32]);
             place += grid.starts.len() + 2 * grid.peaks.len();
         }
-        for grid in &self.grids {
+        for grid in self.grids {
             data.extend_from_slice(&grid.starts);
             data.extend_from_slice(bytemuck::cast_slice(&grid.peaks));
         }
-        data.extend_from_slice(bytemuck::cast_slice(&self.components));
+        data.extend_from_slice(self.components);
         data
     }
 
-    fn data_bytes(&self) -> u64 {
-        4 * (self.components_at() + 5 * self.components.len()) as u64
+    fn bytes(&self) -> u64 {
+        4 * (self.components_at() + self.components.len()) as u64
     }
-}
 
-impl Blobs {
-    /// The word of the data at which the components begin.
+    /// The word at which the components begin.
     fn components_at(&self) -> usize {
         let own = |grid: &Grid| GRID_HEADER + grid.starts.len() + 2 * grid.peaks.len();
         HEADER + self.grids.iter().map(own).sum::<usize>()

@@ -65,7 +65,7 @@ type Corners = [[f32; 3]; 2];
 
 /// The box around the points; NaN, which nothing reaches, is passed over.
 #[inline(always)]
-fn corners(points: Points<'_>, range: &Range<usize>) -> Corners {
+pub(super) fn corners(points: Points<'_>, range: &Range<usize>) -> Corners {
     let mut corners = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
     for (k, axis) in [points.x, points.y, points.z].into_iter().enumerate() {
         let mut lows = [f32::INFINITY; 8];
