@@ -14,13 +14,18 @@ use crate::stage::scan::Scan;
 use crate::stage::shaders::Samples;
 use crate::table::MARCHING_CUBES;
 use glam::UVec3;
-use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use wgpu::BufferUsages as U;
 
+/// Fields whose pipelines are kept.
+const MOST_FIELDS: usize = 64;
+
+/// The WGSL of a field.
+type Texts = [Arc<str>; 3];
+
 /// The pipelines of extraction on one device, compiled once; a field's are compiled when it is first
-/// seen, and changing its parameters compiles nothing.
+/// seen (those of the last 64 are kept), and changing its parameters compiles nothing.
 #[derive(Debug)]
 pub struct Extractor {
     pub(super) gpu: Gpu,
@@ -30,7 +35,8 @@ pub struct Extractor {
     pub(super) normals: Normals,
     pub(super) table: wgpu::Buffer,
     pub(super) volume: Arc<SourceKernels>,
-    pub(super) fields: Mutex<HashMap<[Arc<str>; 3], Arc<SourceKernels>>>,
+    /// The latest used last.
+    fields: Mutex<Vec<(Texts, Arc<SourceKernels>)>>,
 }
 
 impl Extractor {
@@ -64,11 +70,14 @@ impl Extractor {
         let none = || Arc::from("");
         let [gradient, interval] = [&wgsl.gradient, &wgsl.interval].map(|t| t.clone().unwrap_or_else(none));
         let key = [wgsl.value.clone(), gradient, interval];
-        if let Some(kernels) = fields.get(&key) {
-            return Ok(kernels.clone());
+        let kernels = match fields.iter().position(|(known, _)| *known == key) {
+            Some(place) => fields.remove(place).1,
+            None => Arc::new(SourceKernels::new(&self.gpu, Samples::Field(wgsl))?),
+        };
+        if fields.len() == MOST_FIELDS {
+            fields.remove(0);
         }
-        let kernels = Arc::new(SourceKernels::new(&self.gpu, Samples::Field(wgsl))?);
-        fields.insert(key, kernels.clone());
+        fields.push((key, kernels.clone()));
         Ok(kernels)
     }
 

@@ -1,4 +1,4 @@
-//! A WGSL function as an [`Expr`](super::Expr), from naga's representation.
+//! A WGSL function as an [`Expr`], from naga's representation.
 //!
 //! The function is run once with expressions for numbers: calls are inlined, both sides of a condition that
 //! varies are computed and one is chosen, loops are unrolled. What is the same at all points (counters,
