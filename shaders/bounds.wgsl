@@ -44,18 +44,28 @@ fn bounds(
     let blocks = (params.slab_extent + vec3<u32>(BLOCK - 1u)) / BLOCK;
     let block = group.y * groups.x + group.x;
     let place = BLOCK * vec3<u32>(block % blocks.x, (block / blocks.x) % blocks.y, block / (blocks.x * blocks.y));
-    if lane == 0u {
-        let end = min(place + vec3<u32>(BLOCK), params.slab_extent);
-        whole = keys_over(params.slab_first + place, params.slab_first + end);
-    }
-    workgroupBarrier();
     let brick = place + local;
-    if all(brick < params.slab_extent) {
-        var keys = whole;
-        if straddles(keys.x, keys.y) {
-            let first = params.slab_first + brick;
-            keys = keys_over(first, first + vec3<u32>(1u));
+    var first = place;
+    var end = min(place + vec3<u32>(BLOCK), params.slab_extent);
+    var looks = lane == 0u;
+    var keys = vec2<u32>(0u);
+    // A loop, for one call of the field's bounds: drivers take their time for each.
+    for (var level = 0u; level < 2u; level++) {
+        if looks {
+            keys = keys_over(params.slab_first + first, params.slab_first + end);
         }
+        if level == 0u {
+            if lane == 0u {
+                whole = keys;
+            }
+            workgroupBarrier();
+            keys = whole;
+            first = brick;
+            end = brick + vec3<u32>(1u);
+            looks = all(brick < params.slab_extent) && straddles(keys.x, keys.y);
+        }
+    }
+    if all(brick < params.slab_extent) {
         ranges[brick.x + params.slab_extent.x * (brick.y + params.slab_extent.y * brick.z)] = keys;
     }
 }

@@ -25,10 +25,9 @@ use std::sync::Arc;
 /// evaluates the function from three to a few dozen times).
 pub const MAX_ITERATIONS: u32 = 50_000;
 
-/// Operations up to which a GPU runs the expression, and of which it computes bounds. Drivers compile long
-/// straight code in a time that grows faster than its length: lavapipe minutes for 2,000 operations.
+/// Operations up to which a GPU runs the expression. Drivers compile long straight code in a time that grows
+/// faster than its length: lavapipe minutes for 2,000 operations.
 const MOST_ON_GPU: usize = 1000;
-const MOST_INTERVALS: usize = 300;
 
 /// Bytes that a source may have, and the stack it is checked on.
 const MAX_SOURCE: usize = 1 << 20;
@@ -161,9 +160,7 @@ impl Field for UserField {
 
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
         if let Some(graph) = self.graph().filter(|graph| graph.operations() <= MOST_ON_GPU) {
-            let wgsl = graph.wgsl()?;
-            let interval = wgsl.interval.filter(|_| graph.operations() <= MOST_INTERVALS);
-            return Ok(Wgsl { interval, ..wgsl });
+            return graph.wgsl();
         }
         Ok(Wgsl {
             value: self.rewritten.clone(),

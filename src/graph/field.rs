@@ -140,7 +140,8 @@ impl Field for GraphField {
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
         let ([value, gradient, interval], data) = self.wgsl.get_or_init(|| {
             let texts = wgsl::write(&self.program);
-            let data: Vec<u32> = self.program.tape.leaves.iter().flat_map(|leaf| leaf.data()).collect();
+            let leaves = self.program.tape.leaves.iter().flat_map(|leaf| leaf.data());
+            let data: Vec<u32> = leaves.chain(texts.code).collect();
             ([texts.value, texts.gradient, texts.interval].map(Arc::from), data.into())
         });
         let places = wgsl::buffer_places(&self.program);

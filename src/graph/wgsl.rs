@@ -6,8 +6,15 @@
 use super::leaf::LeafWgsl;
 use super::lower::Program;
 use super::ops::{Binary, Unary};
-use super::tape::{Instruction, Op, Operand};
+use super::tape::{Code, Instruction, Op, Operand};
 use std::fmt::Write;
+
+/// Operations up to which bounds are written one after the other. Of longer fields they are a loop over the
+/// operations: compilers take minutes for what the functions of a thousand become.
+const LONGEST_INTERVAL: usize = 100;
+/// Operations and registers up to which there are bounds at all: lavapipe ends loops in silence after 65,535.
+const LONGEST_LOOP: usize = 50_000;
+const MOST_REGISTERS: usize = 512;
 
 /// Which of the uniforms are read from the parameter buffer, in its order; the others are literals.
 pub fn buffer_places(program: &Program) -> Vec<u32> {
@@ -121,6 +128,78 @@ impl Writer<'_> {
     }
 }
 
+impl Writer<'_> {
+    /// The bounds as a loop over the operations, which it reads from `field_data` at `first`: a helper, the body of
+    /// the function, and the words. Five words an operation: which case, the register that it fills, three operands;
+    /// behind them the constants. An operand's top bits say where it is: 0 in a register, 1 a constant, 2 a parameter.
+    fn interval_loop(&self, first: usize) -> (String, String, Vec<u32>) {
+        const CONSTANT: u32 = 1 << 30;
+        const PARAMETER: u32 = 2 << 30;
+        let code = Code::new(&self.program.tape);
+        if code.instructions.len() > LONGEST_LOOP || code.registers > MOST_REGISTERS {
+            return (String::new(), "    return ALL;\n".into(), Vec::new());
+        }
+        let (mut cases, mut words, mut constants) = (Vec::new(), Vec::new(), Vec::new());
+        let mut operand = |operand| match operand {
+            Operand::Value(register) => register,
+            // The first registers hold the coordinates.
+            Operand::Axis(axis) => axis.into(),
+            Operand::Uniform(i) => match self.program.constant(i) {
+                Some(value) => {
+                    constants.push(value.to_bits());
+                    CONSTANT | (constants.len() as u32 - 1)
+                }
+                None => PARAMETER | self.places.partition_point(|&p| p < i) as u32,
+            },
+        };
+        for (instruction, to) in &code.instructions {
+            let case = cases.iter().position(|op| *op == instruction.op).unwrap_or_else(|| {
+                cases.push(instruction.op);
+                cases.len() - 1
+            });
+            let mut operands = [0; 3];
+            for (word, from) in operands.iter_mut().zip(instruction.operands()) {
+                *word = operand(*from);
+            }
+            words.extend([case as u32, *to]);
+            words.extend(operands);
+        }
+        let root = operand(code.root);
+        let (count, constants_at) = (code.instructions.len(), first + words.len());
+        words.extend(constants);
+
+        let registers = format!("ptr<function, array<vec2<f32>, {}>>", code.registers);
+        let helper = format!(
+            "fn iv_operand(word: u32, registers: {registers}) -> vec2<f32> {{\n    let i = word & 0x3fffffffu;\n    \
+             switch word >> 30u {{\n        case 1u: {{ return iv_point(bitcast<f32>(field_data[{constants_at}u + i])); }}\n        \
+             case 2u: {{ return iv_point(field_parameters[i / 4u][i % 4u]); }}\n        \
+             default: {{ return (*registers)[i]; }}\n    }}\n}}\n"
+        );
+        let mut body = format!(
+            "    var r: array<vec2<f32>, {}>;\n    r[0] = x;\n    r[1] = y;\n    r[2] = z;\n    \
+             for (var i = 0u; i < {count}u; i++) {{\n        let at = {first}u + 5u * i;\n        \
+             let a = iv_operand(field_data[at + 2u], &r);\n        let b = iv_operand(field_data[at + 3u], &r);\n        \
+             let c = iv_operand(field_data[at + 4u], &r);\n        var v = ALL;\n        switch field_data[at] {{\n",
+            code.registers
+        );
+        for (n, op) in cases.iter().enumerate() {
+            let text = match op {
+                Op::Unary(op) => fill(op.wgsl().interval, "a", "", ""),
+                Op::Binary(op) => fill(op.wgsl().interval, "a", "b", ""),
+                Op::Select => "iv_select(a, b, c)".into(),
+                Op::Leaf(leaf) => format!("leaf{leaf}_interval(a, b, c)"),
+            };
+            // Writing to a string does not fail.
+            let _ = writeln!(body, "            case {n}u: {{ v = {text}; }}");
+        }
+        let _ = writeln!(
+            body,
+            "            default: {{}}\n        }}\n        r[field_data[at + 1u]] = v;\n    }}\n    return iv_operand({root}u, &r);"
+        );
+        (helper, body, words)
+    }
+}
+
 /// An operation's text with its operands in place of `A`, `B` and `V`.
 fn fill(text: &str, a: &str, b: &str, v: &str) -> String {
     text.chars().fold(String::new(), |mut out, letter| {
@@ -142,6 +221,8 @@ pub struct Texts {
     pub gradient: String,
     /// `fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32>`.
     pub interval: String,
+    /// What `density_interval` reads of `field_data` behind the leaves' data.
+    pub code: Vec<u32>,
 }
 
 /// Writes the program.
@@ -149,6 +230,7 @@ pub fn write(program: &Program) -> Texts {
     let writer = Writer { program, places: buffer_places(program) };
     let tape = &program.tape;
     let [mut value, mut gradient, mut interval] = [const { String::new() }; 3];
+    let is_long = tape.instructions.len() > LONGEST_INTERVAL;
     // Writing to a string does not fail.
     for (n, i) in tape.instructions.iter().enumerate() {
         let v = writer.value_text(i);
@@ -162,7 +244,9 @@ pub fn write(program: &Program) -> Texts {
             }
             _ => writeln!(gradient, "    let v{n} = {v};\n    let d{n} = {d};"),
         };
-        let _ = writeln!(interval, "    let i{n} = {};", writer.interval_text(i));
+        if !is_long {
+            let _ = writeln!(interval, "    let i{n} = {};", writer.interval_text(i));
+        }
     }
     let root = tape.root;
     let mut leaves = LeafWgsl { value: String::new(), gradient: String::new(), interval: String::new() };
@@ -174,6 +258,16 @@ pub fn write(program: &Program) -> Texts {
         leaves.interval += &texts.interval;
         first += (leaf.data_bytes() / 4) as usize;
     }
+    let mut code = Vec::new();
+    let head = "fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32> {";
+    interval = match is_long {
+        true => {
+            let (helper, body, words) = writer.interval_loop(first);
+            code = words;
+            format!("{helper}{head}\n{body}}}\n")
+        }
+        false => format!("{head}\n{interval}    return {};\n}}\n", writer.interval(root)),
+    };
     let LeafWgsl { value: leaf_values, gradient: leaf_gradients, interval: leaf_intervals } = leaves;
     Texts {
         value: format!(
@@ -184,10 +278,7 @@ pub fn write(program: &Program) -> Texts {
             "{leaf_gradients}fn density_gradient(at: vec3<f32>) -> vec3<f32> {{\n    let p = iso_point(at);\n{gradient}    return {};\n}}\n",
             writer.gradient(root)
         ),
-        interval: format!(
-            "{leaf_intervals}fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32> {{\n{interval}    \
-             return {};\n}}\n",
-            writer.interval(root)
-        ),
+        interval: leaf_intervals + &interval,
+        code,
     }
 }

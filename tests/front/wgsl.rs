@@ -541,7 +541,7 @@ fn long_functions_run_as_written_on_a_gpu() {
     assert!(middle.too_long_for_gpu().is_none() && long.too_long_for_gpu().is_some());
     let [short, middle, text] = [&short, &middle, &long].map(|f| f.wgsl().expect("a GPU form"));
     assert!(short.gradient.is_some() && short.interval.is_some());
-    assert!(middle.gradient.is_some() && middle.interval.is_none());
+    assert!(middle.gradient.is_some() && middle.interval.is_some());
     assert!(text.gradient.is_none() && text.interval.is_none() && text.counts_loops);
     let Some(gpu) = common::gpu() else { return };
     let points = [[0.5, 1.0, 0.0], [-0.25, 0.75, 2.0]];

@@ -4,6 +4,7 @@ use crate::{common, field};
 use glam::Vec3;
 use isoforge::extract::{Extractor, Options, Source, extract_on_cpu};
 use isoforge::field::Field;
+use isoforge::graph::blobs::{Blobs, Component, Kernel};
 use isoforge::graph::{Expr, x, y, z};
 use isoforge::grid::Grid;
 use isoforge::mesh::Mesh;
@@ -29,9 +30,19 @@ fn part() -> Expr {
     part
 }
 
+/// Leaves with and without data, a parameter and a choice beside the part.
+fn mixed() -> Expr {
+    let drop = |x| Component { position: [x, 0.0, 0.3], radius: 0.8, weight: 1.0 };
+    let drops = Blobs::new(Kernel::SoftObject, vec![drop(-0.9), drop(0.8)]).unwrap().expr();
+    let rough = Expr::noise(3) * Expr::parameter("height", 0.05);
+    let solid = part().min(0.4 - drops) + rough;
+    z().less(0.9).select(solid, z() - 0.9)
+}
+
 fn fields() -> Vec<(&'static str, Expr)> {
     vec![
         ("part", part()),
+        ("mixed", mixed()),
         ("poles", 1.0 / (x() * y()) + z()),
         ("roots", (x() * 3.0).sqrt() - y().abs() * z()),
         ("steps", (x() * 4.0).floor() * 0.25 - z()),
@@ -92,4 +103,24 @@ fn most_bricks_are_left_out() {
     let (mesh, active, _) = on_cpu(&source, &Options::new(0.0));
     let surface = mesh.triangles.len() as u64 / 128;
     assert!(active < grid.brick_count() / 4 && active < 8 * surface, "{active} of {}", grid.brick_count());
+}
+
+/// Bounds of long fields are a loop over the operations on a GPU, with the same bits. Goes red when it takes a
+/// parameter for a constant, or an operation's second operand for its first.
+#[test]
+fn long_fields_have_the_same_bounds_on_the_adapter() {
+    let Some(extractor) = common::extractor() else { return };
+    for expr in [part(), mixed()] {
+        let mut field = field(&expr);
+        assert!(field.operations() > 200);
+        let grid = Grid::from_bounds([40, 50, 60], Vec3::splat(-1.4), Vec3::splat(1.4)).unwrap();
+        for height in [0.05, 0.1] {
+            let _ = field.set("height", height);
+            let source = Source::Field(&field as &dyn Field, grid);
+            let compared = isoforge::compare::compare(extractor, &source, &Options::new(0.0)).unwrap();
+            for row in &compared.rows {
+                assert!(row.agrees() && row.differing == 0, "{row:?}");
+            }
+        }
+    }
 }
