@@ -16,6 +16,9 @@ pub struct Excerpt {
 
 /// The excerpt of `source` around byte `place`.
 pub fn excerpt(source: &str, place: usize) -> Excerpt {
+    // A byte order mark is no column.
+    let mark = source.len() - source.trim_start_matches('\u{feff}').len();
+    let (source, place) = (&source[mark..], place.saturating_sub(mark));
     let before = source.get(..place).unwrap_or(source);
     let line = before.matches('\n').count();
     let column = before.rsplit('\n').next().unwrap_or("").chars().count();

@@ -45,7 +45,7 @@ impl Program {
     /// Flattens `expr`.
     pub fn new(expr: &Expr) -> Self {
         let mut graph = Graph::default();
-        let root = graph.lower(expr);
+        let root = graph.lower(expr, usize::MAX).expect("no bound was set");
         graph.program(root)
     }
 
@@ -120,6 +120,13 @@ enum Part {
     Op(Op, [u32; 3]),
 }
 
+impl Expr {
+    /// Whether it is more than `most` operations and numbers when it is made flat, found in as many steps.
+    pub(crate) fn is_longer_than(&self, most: usize) -> bool {
+        Graph::default().lower(self, most).is_none()
+    }
+}
+
 #[derive(Default)]
 struct Graph {
     parts: Vec<Part>,
@@ -131,7 +138,8 @@ struct Graph {
 }
 
 impl Graph {
-    fn lower(&mut self, root: &Expr) -> u32 {
+    /// The number of the whole; `None` if it takes more than `most` steps.
+    fn lower(&mut self, root: &Expr, most: usize) -> Option<u32> {
         // What x, y and z are where an expression stands; frame 0 is the point itself.
         let own = [0, 1, 2].map(|axis| self.part(Part::Axis(axis)));
         let mut frames = vec![own];
@@ -177,8 +185,11 @@ impl Graph {
             };
             done.insert(key(expr, frame), number);
             open.pop();
+            if done.len() > most {
+                return None;
+            }
         }
-        done[&(Arc::as_ptr(&root.0), 0)]
+        Some(done[&(Arc::as_ptr(&root.0), 0)])
     }
 
     fn parameter(&mut self, name: &Arc<str>, default: f64) -> u32 {

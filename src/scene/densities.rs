@@ -146,7 +146,8 @@ fn points(node: &Node<'_, '_>) -> Found<Made> {
         // The lists that points are sorted by take as much again, and half of that.
         max_bytes: node.files.left().map(|bytes| bytes / 5 * 2),
     };
-    let loaded = node.check(components::open(&table.file("file")?, &options))?;
+    let (file, path) = table.file("file", "the file of points")?;
+    let loaded = components::open(&path, &options).map_err(|error| file.fault(error))?;
     node.files.took(loaded.components.len() as u64 * 50, loaded.notes);
     let blobs = node.check(Blobs::of_points(kernel, loaded.components, iso, support))?;
     with_iso(node, blobs.expr())
@@ -172,21 +173,23 @@ fn volume(node: &Node<'_, '_>) -> Found<Made> {
         Some(item) => Border::Constant(item.plain()? as f32),
     };
     let lookup = Lookup { value: value.unwrap_or_default(), gradient: gradient.unwrap_or_default(), border };
-    let options = volume::OpenOptions { raw: raw_layout(node)?, max_bytes: node.files.left() };
-    let opened = node.check(volume::open(&table.file("file")?, &options))?;
+    let (file, path) = table.file("file", "the volume's file")?;
+    let raw = if volume::is_raw_ending(&path) { Some(raw_layout(node)?) } else { None };
+    let options = volume::OpenOptions { raw, max_bytes: node.files.left() };
+    let opened = volume::open(&path, &options).map_err(|error| file.fault(error))?;
     node.files.took(4 * opened.volume.values().len() as u64, opened.notes);
     let leaf = node.check(VolumeLeaf::new(Arc::new(opened.volume), lookup))?;
     with_iso(node, leaf.expr())
 }
 
-/// How a raw file is laid out, if the node says so.
-fn raw_layout(node: &Node<'_, '_>) -> Found<Option<RawLayout>> {
+/// How a raw file is laid out.
+fn raw_layout(node: &Node<'_, '_>) -> Found<RawLayout> {
     let table = &node.table;
-    let Some(dims) = table.get("dims") else { return Ok(None) };
     let wanted = "three whole numbers";
+    let dims = table.need("dims", "the samples of a raw file along each axis, [512, 512, 400]")?;
     let counts = dims.list(wanted)?.iter().map(|n| n.whole(2..u32::MAX)).collect::<Found<Vec<_>>>()?;
     let counts = counts.try_into().map_err(|_| dims.type_fault(wanted))?;
-    let item = table.need("type", "the type of its samples, as \"u16\"")?;
+    let item = table.need("type", "the type of its samples, \"u16\"")?;
     let word =
         |fault: String| Fault::Range { wanted: fault, found: item.value.as_str().unwrap_or("").into() };
     let scalar: Scalar =
@@ -196,11 +199,11 @@ fn raw_layout(node: &Node<'_, '_>) -> Found<Option<RawLayout>> {
     let triple = |key, default: [f32; 3]| -> Found<[f32; 3]> {
         table.get(key).map_or(Ok(default), |item| Ok(item.plain_triple()?.map(|c| c as f32)))
     };
-    Ok(Some(RawLayout {
+    Ok(RawLayout {
         endian: table.get("endian").map_or(Ok(plain.endian), |item| item.choice("byte order", &endian))?,
         spacing: triple("spacing", plain.spacing)?,
         origin: triple("origin", plain.origin)?,
         skip_bytes: u64::from(table.whole("skip_bytes", 0, 0..u32::MAX)?),
         ..plain
-    }))
+    })
 }

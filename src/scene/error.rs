@@ -4,7 +4,7 @@ use crate::components;
 use crate::field::named::NameError;
 use crate::field::user::UserError;
 use crate::graph::blobs::BlobsError;
-use crate::graph::formula;
+use crate::graph::formula::{self, listed};
 use crate::graph::from_wgsl::Obstacle;
 use crate::graph::shapes::ShapeError;
 use crate::graph::volume::VolumeLeafError;
@@ -84,7 +84,7 @@ pub enum Fault {
         wanted: &'static str,
     },
     /// A key that means nothing here.
-    #[error("there is no key `{key}` here{}; there are {}", meant(.closest), .known.join(", "))]
+    #[error("there is no key `{key}` here{}; there are {}", meant(.closest), listed(.known))]
     UnknownKey {
         /// The key.
         key: String,
@@ -94,7 +94,7 @@ pub enum Fault {
         known: Vec<String>,
     },
     /// A word that is none of those a key takes.
-    #[error("there is no {what} `{found}`{}; there are {}", meant(.closest), .known.join(", "))]
+    #[error("there is no {what} `{found}`{}; there are {}", meant(.closest), listed(.known))]
     UnknownWord {
         /// What it is.
         what: &'static str,
@@ -124,7 +124,7 @@ pub enum Fault {
         files: Vec<String>,
     },
     /// Nothing says which node is meshed.
-    #[error("{} nodes are part of no other ({}): say which is meshed, as in `surface = \"{}\"`", .nodes.len(), .nodes.join(", "), .nodes[0])]
+    #[error("{} nodes are part of no other ({}): say which is meshed, as in `surface = \"{}\"`", .nodes.len(), listed(.nodes), .nodes[0])]
     NoSurface {
         /// The nodes.
         nodes: Vec<String>,
@@ -146,6 +146,23 @@ pub enum Fault {
     Reserved {
         /// The name.
         name: String,
+    },
+    /// A parameter with a name that formulas cannot say.
+    #[error(
+        "formulas cannot say `{name}`: give it a name of letters, digits and `_` that starts with no digit"
+    )]
+    Unsayable {
+        /// The name.
+        name: String,
+    },
+    /// More operations than can be handled.
+    #[error(
+        "the scene has more than {most} operations at each point: nodes that contain others many times over, each under \
+         its own transforms, multiply; leave some out, or `repeat` one"
+    )]
+    TooLong {
+        /// The most operations.
+        most: usize,
     },
     /// A shape that cannot be.
     #[error(transparent)]
@@ -179,6 +196,21 @@ pub enum Fault {
         /// Why.
         source: image::ImageError,
     },
+    /// A picture that is too large.
+    #[error(
+        "a picture of {columns}x{rows} takes {needed} bytes, over the {left} that are left of the memory budget: raise \
+         it (--memory-budget), or make the picture smaller"
+    )]
+    LargePicture {
+        /// Pixels along a row.
+        columns: u32,
+        /// Its rows.
+        rows: u32,
+        /// Bytes it takes while it is read.
+        needed: u64,
+        /// Bytes it may take.
+        left: u64,
+    },
     /// A text file.
     #[error("{} cannot be read: {source}; check the name, and that it is a text file that you may read", path.display())]
     Read {
@@ -188,7 +220,7 @@ pub enum Fault {
         source: io::Error,
     },
     /// An import is given a parameter that it does not have.
-    #[error("the imported scene has no such parameter; it has {}", if .known.is_empty() { "none".into() } else { .known.join(", ") })]
+    #[error("the imported scene has no such parameter; it has {}", if .known.is_empty() { "none".into() } else { listed(.known) })]
     NoParameter {
         /// Those it has.
         known: Vec<String>,

@@ -24,6 +24,8 @@ const MOST_SCENES: usize = 1000;
 const DEEPEST: usize = 64;
 /// Bytes that a scene's text may have.
 const LONGEST: u64 = 64 << 20;
+/// Bytes that a pixel takes while a picture is read: at most 8 in the file's form, 2 of brightness, then 3 numbers.
+const PIXEL: u64 = 22;
 
 /// What has been opened, and what may be.
 pub struct Files {
@@ -84,22 +86,26 @@ impl Files {
 }
 
 fn read_text(path: &Path) -> std::io::Result<String> {
-    // Asked before opening: a FIFO would wait for a writer.
+    check_file(path, LONGEST)?;
+    std::fs::read_to_string(path)
+}
+
+/// Asked before opening: a FIFO would wait for a writer.
+fn check_file(path: &Path, longest: u64) -> std::io::Result<()> {
     let kind = std::fs::metadata(path)?;
     let refused = |why| Err(std::io::Error::other(why));
     if !kind.is_file() {
         return refused("it is no file".to_string());
     }
-    if kind.len() > LONGEST {
-        return refused(format!("it has {} bytes, more than {LONGEST}", kind.len()));
+    if kind.len() > longest {
+        return refused(format!("it has {} bytes, more than {longest}", kind.len()));
     }
-    std::fs::read_to_string(path)
+    Ok(())
 }
 
 fn scene(node: &Node<'_, '_>) -> Found<Made> {
     let table = &node.table;
-    let file = table.need("file", "the scene's file")?;
-    let path = table.source.relative(file.text()?);
+    let (file, path) = table.file("file", "the scene's file")?;
     if let Some(fault) = node.files.obstacle(&path) {
         return Err(file.fault(fault));
     }
@@ -158,14 +164,18 @@ fn heightfield(node: &Node<'_, '_>) -> Found<Made> {
 /// The brightness of a picture in the plane z = 0, from 0 to 1; its rows run from high to low y.
 fn picture(node: &Node<'_, '_>) -> Found<Expr> {
     let table = &node.table;
-    let file = table.need("file", "the picture's file")?;
-    let path = table.source.relative(file.text()?);
+    let (file, path) = table.file("file", "the picture's file")?;
     let item = table.need("size", "its extent in x and y, as [2, 1]")?;
     let sides = item.list("two numbers above 0")?.iter().map(|n| n.plain()).collect::<Found<Vec<_>>>()?;
     let [width, depth] = sides[..] else { return Err(item.type_fault("two numbers above 0")) };
     let failed = |source| file.fault(Fault::Picture { path: path.clone(), source });
+    check_file(&path, u64::MAX).map_err(|error| failed(error.into()))?;
+    let (columns, rows) = image::image_dimensions(&path).map_err(failed)?;
+    let needed = u64::from(columns) * u64::from(rows) * PIXEL;
+    if let Some(left) = node.files.left().filter(|left| *left < needed) {
+        return Err(file.fault(Fault::LargePicture { columns, rows, needed, left }));
+    }
     let image = image::open(&path).map_err(failed)?.into_luma16();
-    let (columns, rows) = image.dimensions();
     // Two layers, since a volume has at least two samples along each axis.
     let layer = image.rows().rev().flatten().map(|pixel| f32::from(pixel.0[0]) / f32::from(u16::MAX));
     let values: Vec<f32> = layer.collect::<Vec<_>>().repeat(2);

@@ -38,7 +38,7 @@ mod tree;
 pub use error::{Fault, Place, SceneError};
 
 use crate::field::Sense;
-use crate::graph::{Expr, GraphField, formula};
+use crate::graph::{Expr, GraphField};
 use crate::grid::MAX_CELLS;
 use files::Files;
 use glam::Vec3;
@@ -48,6 +48,9 @@ use toml::de::DeTable;
 
 /// Every kind of node and its keys, as text (Markdown).
 pub const KINDS: &str = include_str!("kinds.md");
+
+/// The most operations of a scene: nodes that contain another twice, under different transforms, double them.
+const MOST_OPERATIONS: usize = 1 << 22;
 
 /// How to open a scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -167,6 +170,9 @@ fn read(text: &str, path: &Path, files: &Files, given: &Given) -> Result<Scene, 
         iso => iso.unwrap_or(0.0) as f32,
     };
     let sense = inside.unwrap_or(if made.dense { Sense::Above } else { Sense::Below });
+    if made.expr.is_longer_than(MOST_OPERATIONS) {
+        return Err(source.fault(0, "", Fault::TooLong { most: MOST_OPERATIONS }));
+    }
     let parameters = source.names.iter().map(|(name, _)| name.clone()).collect();
     Ok(Scene { expr: made.expr, sense, iso, bounds, cells, camera, parameters, notes: Vec::new() })
 }
@@ -177,9 +183,7 @@ fn parameters(top: &Table<'_>, given: &Given) -> Result<Vec<(String, Expr)>, Sce
     let table = item.table("a table of numbers, as in `[parameters]` and below `r = 0.4`")?;
     let mut names = Vec::new();
     for (name, item) in table.entries() {
-        if formula::is_reserved(name) {
-            return Err(item.fault(Fault::Reserved { name: name.into() }));
-        }
+        item.check_name(name)?;
         let own = item.plain()?;
         let value = given.values.iter().find(|(given, _)| given == name).map(|(_, value)| value.clone());
         let value = value.unwrap_or_else(|| Expr::parameter(&format!("{}{name}", given.prefix), own));

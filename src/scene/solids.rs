@@ -172,7 +172,7 @@ fn noise(node: &Node<'_, '_>) -> Found<Made> {
     let octaves = table.whole("octaves", 1, 1..17)?;
     let gain = table.plain_or("gain", 0.5)?;
     let noise = if octaves == 1 { Expr::noise(seed) } else { Expr::fbm(seed, octaves, gain) };
-    let size = table.number_or("size", 1.0)?;
+    let size = node.check(positive("size", table.number_or("size", 1.0)?))?;
     let per_unit = 1.0 / &size;
     let placed = noise.at([x() * &per_unit, y() * &per_unit, z() * &per_unit]);
     Ok(Made::solid(placed * table.number_or("height", 1.0)?))

@@ -72,7 +72,11 @@ impl<'t> Table<'t> {
     }
 
     fn inner_key(&self, key: &str) -> String {
-        if self.key.is_empty() { key.into() } else { format!("{}.{key}", self.key) }
+        // Quoted as in TOML: a point within a name is no step down.
+        let is_bare = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
+        let quoted = key.is_empty() || !key.chars().all(is_bare);
+        let key = if quoted { format!("{key:?}") } else { key.into() };
+        if self.key.is_empty() { key } else { format!("{}.{key}", self.key) }
     }
 
     /// The value of a key, if it is there.
@@ -132,12 +136,11 @@ impl<'t> Table<'t> {
         self.get(key).map_or(Ok(default.into()), |item| item.vector())
     }
 
-    pub fn text(&self, key: &'static str) -> Found<&'t str> {
-        self.need(key, TEXT)?.text()
-    }
-
-    pub fn file(&self, key: &'static str) -> Found<PathBuf> {
-        Ok(self.source.relative(self.text(key)?))
+    /// The value of a key that names a file, and the file's path.
+    pub fn file(&self, key: &'static str, wanted: &'static str) -> Found<(Item<'t>, PathBuf)> {
+        let item = self.need(key, wanted)?;
+        let path = self.source.relative(item.text()?);
+        Ok((item, path))
     }
 
     /// A whole number from `least` to `most`.
@@ -145,7 +148,7 @@ impl<'t> Table<'t> {
         self.get(key).map_or(Ok(default), |item| item.whole(range))
     }
 
-    /// A finite number as it stands, no formula.
+    /// A number as it stands, no formula.
     pub fn plain_or(&self, key: &'static str, default: f64) -> Found<f64> {
         self.get(key).map_or(Ok(default), |item| item.plain())
     }
@@ -176,15 +179,16 @@ impl<'t> Item<'t> {
         self.value.as_str().ok_or_else(|| self.type_fault(TEXT))
     }
 
-    /// A finite number as it stands.
+    /// A number as it stands, finite also as `f32`, which is what fields are computed in.
     pub fn plain(&self) -> Found<f64> {
         let number = match self.value {
             DeValue::Integer(n) => i128::from_str_radix(n.as_str(), n.radix()).ok().map(|n| n as f64),
             DeValue::Float(n) => n.as_str().parse().ok(),
             _ => return Err(self.type_fault("a number")),
         };
-        number.filter(|n: &f64| n.is_finite()).ok_or_else(|| {
-            self.fault(Fault::Range { wanted: "a finite number".into(), found: self.written().into() })
+        number.filter(|n: &f64| (*n as f32).is_finite()).ok_or_else(|| {
+            let wanted = "a finite number within ±3.4e38".into();
+            self.fault(Fault::Range { wanted, found: self.written().into() })
         })
     }
 
@@ -223,6 +227,17 @@ impl<'t> Item<'t> {
             DeValue::String(text) => self.formula(text, &[]),
             DeValue::Integer(_) | DeValue::Float(_) => Ok(self.plain()?.into()),
             _ => Err(self.type_fault(NUMBER)),
+        }
+    }
+
+    /// Refuses a name for this value that formulas cannot say, or mean something else by.
+    pub fn check_name(&self, name: &str) -> Found<()> {
+        if formula::is_reserved(name) {
+            Err(self.fault(Fault::Reserved { name: name.into() }))
+        } else if formula::is_name(name) {
+            Ok(())
+        } else {
+            Err(self.fault(Fault::Unsayable { name: formula::short(name) }))
         }
     }
 

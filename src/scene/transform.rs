@@ -53,7 +53,7 @@ fn one(key: &str, item: &Item<'_>, made: Made) -> Found<Made> {
             return Ok(made);
         }
         _ => {
-            let table = item.table("a table: the documentation of scenes lists its keys")?;
+            let table = item.table("a table of its keys, which `isoforge nodes` lists")?;
             let expr = of_table(key, &table, &expr)?;
             table.finish()?;
             expr
@@ -152,5 +152,6 @@ fn lattice(table: &Table<'_>) -> Found<Lattice> {
     let wanted = "a list of vectors, one a control point, x fastest";
     let item = table.need("displacements", wanted)?;
     let displacements = item.list(wanted)?.iter().map(|v| v.vector()).collect::<Found<Vec<_>>>()?;
-    check(&item, Lattice::new(low, high, counts.map(|n| n as usize), displacements))
+    let lattice = Lattice::new(low, high, counts.map(|n| n as usize), displacements);
+    lattice.map_err(|error| table.fault(error))
 }

@@ -99,7 +99,11 @@ impl<'t> Node<'t, '_> {
     pub fn named(&self) -> Found<Vec<(String, Expr)>> {
         let Some(item) = self.table.get(WITH) else { return Ok(Vec::new()) };
         let table = item.table("a table of names for nodes, as in { d = \"body\" }")?;
-        table.entries().iter().map(|(name, item)| Ok(((*name).to_string(), self.part(item)?.expr))).collect()
+        let named = |(name, item): (&str, Item<'t>)| {
+            item.check_name(name)?;
+            Ok((name.to_string(), self.part(&item)?.expr))
+        };
+        table.entries().into_iter().map(named).collect()
     }
 }
 
@@ -128,9 +132,10 @@ fn references<'t>(item: &Item<'t>, out: &mut Vec<Item<'t>>) {
     };
     for (key, item) in table.entries() {
         if OPERANDS.contains(&key) {
-            match item.list(NODE) {
-                Ok(items) => items.into_iter().for_each(&mut collect),
-                Err(_) => collect(item),
+            // No error is made where there is none: its excerpt takes time.
+            match item.value.is_array().then(|| item.list(NODE)) {
+                Some(Ok(items)) => items.into_iter().for_each(&mut collect),
+                _ => collect(item),
             }
         } else if key == WITH
             && let Ok(table) = item.table(NODE)
@@ -171,6 +176,8 @@ pub fn surface<'t>(
             references(items[name], &mut parts);
             Open { name, parts, next: 0 }
         };
+        // Of those that are not made, those that wait: found at once, however many they are.
+        let mut opened: HashSet<&str> = HashSet::from([*name]);
         let mut waiting = if made.contains_key(name) { vec![] } else { vec![open(name)] };
         while let Some(top) = waiting.last_mut() {
             let Some(part) = top.parts.get(top.next) else {
@@ -186,11 +193,13 @@ pub fn surface<'t>(
             if made.contains_key(name) {
                 continue;
             }
-            if let Some(first) = waiting.iter().position(|open| open.name == *name) {
+            if opened.contains(name) {
+                let first = waiting.iter().position(|open| open.name == *name).unwrap_or(0);
                 let mut nodes: Vec<String> = waiting[first..].iter().map(|open| open.name.into()).collect();
                 nodes.push((*name).into());
                 return Err(part.fault(Fault::Cycle { nodes }));
             }
+            opened.insert(name);
             waiting.push(open(name));
         }
     }

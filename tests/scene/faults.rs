@@ -55,6 +55,7 @@ fn nodes() {
         (3, 10, "nodes.n.radius"),
         "nan is out of range: give a finite number",
     );
+    node("kind = 'sphere'\nradius = 1e300", (3, 10, "nodes.n.radius"), "finite");
     node("kind = 'sphere'\nradius = inf", (3, 10, "nodes.n.radius"), "finite");
     node("kind = 3", (2, 8, "nodes.n.kind"), "a number stands here: give a text in quotes");
     node("kind = 'box'\nlow = [0, 0]\nhigh = [1, 1, 1]", (3, 7, "nodes.n.low"), "a list of another length");
@@ -102,6 +103,13 @@ fn formulas() {
     );
     // Where the text is escaped, the place is that of the value.
     node("kind = 'formula'\ntext = \"x \\u002b * y\"", (3, 8, "nodes.n.text"), "a value is missing");
+    for name in ["''", "'a.b'", "'a b'", "1a"] {
+        let text = format!("[parameters]\n{name} = 1\n[nodes.n]\nkind = 'sphere'\nradius = 1");
+        let key = format!("parameters.{}", name.replace('\'', "\""));
+        refused(&text, (2, name.len() as u32 + 4, &key), "formulas cannot say");
+    }
+    let with = "kind = 'formula'\ntext = 'x'\nwith = {x = {kind = 'sphere', radius = 1}}";
+    node(with, (4, 13, "nodes.n.with.x"), "`x` has a meaning of its own");
     let reserved = "[parameters]\nx = 1\n[nodes.n]\nkind = 'sphere'\nradius = 1";
     refused(reserved, (2, 5, "parameters.x"), "`x` has a meaning of its own");
     let text = "[parameters]\nr = 'a'\n[nodes.n]\nkind = 'sphere'\nradius = 1";
@@ -119,6 +127,7 @@ fn shapes_that_cannot_be() {
         "the exponent is -1",
     );
     node("kind = 'half_space'\nnormal = [0, 0, 0]", (1, 1, "nodes.n"), "the normal has no direction");
+    node("kind = 'noise'\nsize = 0", (1, 1, "nodes.n"), "the size is 0");
     node("kind = 'blob'\nradius = 0", (1, 1, "nodes.n"), "the radius is 0");
     node("kind = 'field'\nname = 'torus'\nparameters = {r = -1}", (1, 1, "nodes.n"), "`r` is -1");
     let ball = "kind = 'sphere'\nradius = 1\n";
@@ -127,6 +136,9 @@ fn shapes_that_cannot_be() {
     of("rotate = {axis = [0, 0, 0], turns = 1}", (4, 10, "nodes.n.rotate"), "no direction");
     of("rotate = {axis = [0, 0, 1]}", (4, 10, "nodes.n.rotate"), "give one of `degrees` and `turns`");
     of("rotate = {axis = [0, 0, 1], turns = 1, around = 2}", (4, 40, "nodes.n.rotate"), "no key `around`");
+    of("mirror = [1, 0, 0]", (4, 10, "nodes.n.mirror"), "`isoforge nodes` lists");
+    let lattice = "free_form = {low = [0, 0, 0], high = [0, 1, 1], counts = [2, 2, 2], displacements = []}";
+    of(lattice, (4, 13, "nodes.n.free_form"), "which is empty");
     of("twist = {turns_per_length = 1, from = 1, to = 1}", (4, 9, "nodes.n.twist"), "which is empty");
     of("affine = [[1, 0, 0, 0], [2, 0, 0, 0], [0, 0, 1, 0]]", (4, 10, "nodes.n.affine"), "has no inverse");
     of("affine = [[1, 0, 0, 0], [2, 0, 0, 0]]", (4, 10, "nodes.n.affine"), "three rows");
@@ -157,6 +169,8 @@ fn densities_where_solids_are_wanted() {
 #[test]
 fn the_top() {
     let ball = "[nodes.n]\nkind = 'sphere'\nradius = 1";
+    refused(&format!("\u{feff}cells = 0\n{ball}"), (1, 9, "cells"), "0 is out of range");
+    refused(&format!("iso = 1e39\n{ball}"), (1, 7, "iso"), "1e39 is out of range: give a finite number");
     refused(&format!("cells = 0\n{ball}"), (1, 9, "cells"), "0 is out of range");
     refused(&format!("cells = [1, 2]\n{ball}"), (1, 9, "cells"), "a list");
     refused(&format!("bounds = [[0, 0, 0], [1, 0, 1]]\n{ball}"), (1, 10, "bounds"), "higher along each axis");
@@ -168,8 +182,13 @@ fn the_top() {
 
 #[test]
 fn files_that_cannot_be_read() {
-    node("kind = 'volume'\nfile = 'none.nii'\niso = 1", (1, 1, "nodes.n"), "none.nii");
-    node("kind = 'points'\nfile = 'none.csv'\niso = 0.5", (1, 1, "nodes.n"), "none.csv");
+    node("kind = 'volume'\nfile = 'none.nii'\niso = 1", (3, 8, "nodes.n.file"), "none.nii");
+    node("kind = 'points'\nfile = 'none.csv'\niso = 0.5", (3, 8, "nodes.n.file"), "none.csv");
+    node("kind = 'volume'\nfile = 'x.raw'\ntype = 'u8'", (1, 1, "nodes.n"), "the key `dims` is missing");
+    // What only raw files need is not ignored beside others.
+    let other =
+        "kind = 'volume'\nfile = '../../tests/data/brain_24.nii.gz'\niso = 1\ndims = [2, 2, 2]\ntype = 'u8'";
+    node(other, (5, 1, "nodes.n"), "no key `dims` here");
     node(
         "kind = 'volume'\nfile = 'x.raw'\niso = 1\ndims = [2, 2, 2]\ntype = 'u9'",
         (6, 8, "nodes.n.type"),
@@ -180,6 +199,32 @@ fn files_that_cannot_be_read() {
     let path = std::path::Path::new("no/such.toml");
     let error = isoforge::scene::Scene::open(path, &Default::default()).unwrap_err().to_string();
     assert!(error.contains("no/such.toml cannot be read") && error.contains("check the name"), "{error}");
+}
+
+/// Goes red when 2⁴⁰ operations are begun.
+#[test]
+fn too_many_operations() {
+    let mut text = String::from("surface = 'n40'\n[nodes.n0]\nkind = 'sphere'\nradius = 1\n");
+    for i in 1..=40 {
+        let twice =
+            format!("'n{0}', {{kind = 'copy', of = 'n{0}', translate = [{1}, 0, 0]}}", i - 1, 1u64 << i);
+        text += &format!("[nodes.n{i}]\nkind = 'union'\nof = [{twice}]\n");
+    }
+    refused(&text, (1, 1, ""), "more than 4194304 operations");
+}
+
+/// Messages stay short where there is much to list.
+#[test]
+fn long_lists_of_names() {
+    let names = |kind: &str| {
+        let node = |i| format!("[nodes.n{i}]\n{kind}\nradius = 1\n");
+        (0..100).map(node).collect::<String>()
+    };
+    refused(&names("kind = 'sphere'"), (1, 1, ""), "n39, … (60 more)");
+    refused(&format!("surface = 'm'\n{}", names("kind = 'sphere'")), (1, 11, "surface"), "n39, … (60 more)");
+    let parameters: String = (0..100).map(|i| format!("p{i} = 1\n")).collect();
+    let text = format!("[nodes.n]\nkind = 'sphere'\nradius = 'q'\n[parameters]\n{parameters}");
+    refused(&text, (3, 11, "nodes.n.radius"), "p39, … (60 more)");
 }
 
 /// Any text is taken or refused, never a panic: half of an example, a piece left out, a letter changed.

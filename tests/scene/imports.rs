@@ -48,6 +48,22 @@ fn parameters_of_imports_stay_apart() {
     assert_eq!(super::values(&field), super::values(&expected));
 }
 
+/// A name with a point in it is not a name within a name.
+#[test]
+fn names_with_points() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "wheel.toml", WHEEL);
+    write(folder.path(), "pair.toml", "[nodes.b]\nkind = 'scene'\nfile = 'wheel.toml'\nparameters = {w = 1}");
+    let both = "[nodes.a]\nkind = 'scene'\nfile = 'pair.toml'\n\
+                [nodes.'a.b']\nkind = 'scene'\nfile = 'wheel.toml'\nparameters = {w = 2}\n\
+                [nodes.u]\nkind = 'union'\nof = ['a', 'a.b']\n";
+    write(folder.path(), "both.toml", both);
+    let field = open(folder.path(), "both.toml").unwrap().field();
+    let mut names: Vec<&str> = field.parameters().map(|(name, _)| name).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["\"a.b\".r", "a.b.r"]);
+}
+
 /// At 0 and below inside, whatever its own iso and side are.
 #[test]
 fn an_import_is_a_solid() {
@@ -132,6 +148,17 @@ fn heights_of_a_picture() {
         [(2.0, 1.0, 3.0), (2.0, -1.0, 0.0), (-2.0, 1.0, 0.0), (1.0, 1.0, 1.5), (2.0, 0.0, 1.5)]
     {
         assert!((at(x, y) - height).abs() < 1e-6, "{x} {y}: {}", at(x, y));
+    }
+    let little = OpenOptions { max_bytes: Some(100) };
+    let (text_, fault_) = fault(Scene::open(&folder.path().join("a.toml"), &little));
+    assert!(matches!(fault_, Fault::LargePicture { .. }) && text_.contains("3x2"), "{text_}");
+    #[cfg(unix)]
+    {
+        let made = std::process::Command::new("mkfifo").arg(folder.path().join("pipe.png")).status();
+        assert!(made.unwrap().success());
+        write(folder.path(), "c.toml", &text.replace("h.png", "pipe.png"));
+        let (text, _) = fault(open(folder.path(), "c.toml"));
+        assert!(text.contains("pipe.png cannot be used: it is no file"), "{text}");
     }
     write(folder.path(), "b.toml", &text.replace("h.png", "none.png"));
     let (text, _) = fault(open(folder.path(), "b.toml"));

@@ -301,6 +301,18 @@ fn ten_thousand_nodes_in_a_chain() {
     );
 }
 
+/// Goes red where each node's reading takes as long as the file: then this takes minutes.
+#[test]
+fn reading_takes_no_longer_than_the_file() {
+    let count = 60_000;
+    let mut text = String::from("surface = 'n0'\n");
+    (0..count).for_each(|i| text += &format!("[nodes.n{i}]\nkind = 'copy'\nof = 'n{}'\n", i + 1));
+    text += &format!("[nodes.n{count}]\nkind = 'sphere'\nradius = 1\n");
+    let start = std::time::Instant::now();
+    scene(&text);
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}
+
 #[test]
 fn example_scenes_are_the_same_on_both_backends() {
     let gpu = super::common::gpu();

@@ -132,7 +132,7 @@ fn also(names: &[String]) -> String {
     if names.is_empty() {
         " and no parameters: give them, as in `--param r=0.8` (in a scene below `[parameters]`)".into()
     } else {
-        format!(" and the parameters {}", names.join(", "))
+        format!(" and the parameters {}", listed(names))
     }
 }
 
@@ -142,6 +142,14 @@ fn function_names() -> String {
 
 fn arguments(least: usize, most: usize) -> String {
     if least == most { least.to_string() } else { format!("{least} or more") }
+}
+
+/// Names for a message, of many the first.
+pub fn listed(names: &[String]) -> String {
+    const MOST: usize = 40;
+    let more = names.len().saturating_sub(MOST);
+    let end = if more > 0 { format!(", … ({more} more)") } else { String::new() };
+    names[..names.len() - more].join(", ") + &end
 }
 
 /// A word of the user's for a message.

@@ -90,15 +90,22 @@ pub fn next(text: &str, from: usize) -> Result<Word, (Fault, usize)> {
         '·' | '×' => instead(&first.to_string(), "write `*`"),
         '²' => instead("²", "write `^2`"),
         '³' => instead("³", "write `^3`"),
-        letter if letter.is_alphabetic() || letter == '_' => {
-            let is_part = |c: char| c.is_alphabetic() || c.is_ascii_digit() || c == '_';
-            word(Kind::Name, rest.find(|c| !is_part(c)).unwrap_or(rest.len()))
+        letter if starts_name(letter) => {
+            word(Kind::Name, rest.find(|c| !continues_name(c)).unwrap_or(rest.len()))
         }
         other => instead(
             &other.escape_debug().to_string(),
             "a formula has numbers, names, + - * / ^ < <= > >= ( ) and ,",
         ),
     }
+}
+
+pub(super) fn starts_name(c: char) -> bool {
+    c.is_alphabetic() || c == '_'
+}
+
+pub(super) fn continues_name(c: char) -> bool {
+    starts_name(c) || c.is_ascii_digit()
 }
 
 /// Digits, a point, digits; and an exponent if digits follow its sign.

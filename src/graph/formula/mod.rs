@@ -22,7 +22,7 @@ mod lexer;
 use super::{Expr, compound, x, y, z};
 use crate::excerpt::{Excerpt, excerpt};
 pub use fault::{Fault, FormulaError};
-pub(crate) use fault::{closest, short};
+pub(crate) use fault::{closest, listed, short};
 use functions::{CONSTANTS, FUNCTIONS, Function};
 use lexer::{Kind, Operator, Word};
 use std::collections::HashMap;
@@ -52,6 +52,12 @@ pub(crate) fn parse_with(text: &str, names: &[(String, Expr)]) -> Result<Expr, (
 /// Whether a name means a coordinate or a constant in formulas.
 pub(crate) fn is_reserved(name: &str) -> bool {
     ["x", "y", "z"].contains(&name) || CONSTANTS.iter().any(|(known, _)| *known == name)
+}
+
+/// Whether a text is a name that a formula can say.
+pub(crate) fn is_name(name: &str) -> bool {
+    let mut letters = name.chars();
+    letters.next().is_some_and(lexer::starts_name) && letters.all(lexer::continues_name)
 }
 
 /// What has been read and waits for its right side or its end.
