@@ -185,11 +185,17 @@ fn load_scene(args: &SourceArgs, path: &Path, memory_budget: u64) -> Result<Open
     for (name, value) in &args.parameters {
         field.set(name, *value).map_err(|error| Failure::usage(format!("--param {name}: {error}")))?;
     }
+    let Some(iso) = args.iso.or(scene.iso) else {
+        return Err(Failure::usage(format!(
+            "{}: its surface is a density: say at which value, with -I VALUE or with `iso` in the file",
+            path.display()
+        )));
+    };
     let (mut notes, mut bounds, mut cells) = (scene.notes, scene.bounds, args.cells.or(scene.cells));
     if args.half_edge.is_some() {
         bounds = None;
     } else if bounds.is_none() && args.bounds.is_none() {
-        bounds = field::extent(&field, args.iso.unwrap_or(scene.iso));
+        bounds = field::extent(&field, iso);
         match bounds {
             Some([low, high]) => {
                 // Of a box that nobody chose, one number is for the longest axis; 0 is refused later.
@@ -203,7 +209,7 @@ fn load_scene(args: &SourceArgs, path: &Path, memory_budget: u64) -> Result<Open
         }
     }
     let grid = grid(args, HALF_EDGE, bounds, cells)?;
-    let loaded = Loaded::Field { field: Box::new(field), grid, iso: scene.iso };
+    let loaded = Loaded::Field { field: Box::new(field), grid, iso };
     Ok(Opened { loaded, notes, camera: scene.camera })
 }
 

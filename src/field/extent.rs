@@ -5,8 +5,8 @@ use crate::graph::interval::Interval;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Half the edges of the cubes in which surfaces are looked for, one after the other: bounds of high powers say
-/// nothing of the larger.
+/// Half the edges of the cubes in which surfaces are looked for: bounds of high powers leave the range of numbers
+/// in the larger, then the next is tried.
 const FARTHEST: [f32; 3] = [1_048_576.0, 4096.0, 128.0];
 /// Boxes from which on the rest is not looked at more closely.
 const MANY: usize = 3000;
@@ -14,18 +14,35 @@ const MANY: usize = 3000;
 const FINEST: f32 = 1.0 / 48.0;
 
 /// A box around all of the surface where the field is `iso`, a few hundredths too large, if bounds of the field tell:
-/// `None` of surfaces without an end, without bounds, or more than 10⁶ from the origin, and where there is none.
-/// Where only a smaller cube (4096, 128) has useful bounds, what lies outside it is left out.
+/// `None` of surfaces without an end or without bounds, and where there is none. More than 10⁶ from the origin is not looked.
+/// Where nothing is known of the field farther away (from 4096 or 128 on), what lies there is left out.
 pub fn extent(field: &dyn Field, iso: f32) -> Option<[Vec3; 2]> {
-    FARTHEST.into_iter().find_map(|farthest| within(field, iso, farthest))
+    for farthest in FARTHEST {
+        match within(field, iso, farthest) {
+            Found::Box(corners) => return Some(corners),
+            Found::Nothing => return None,
+            Found::Unknown => {}
+        }
+    }
+    None
 }
 
-fn within(field: &dyn Field, iso: f32, farthest: f32) -> Option<[Vec3; 2]> {
+enum Found {
+    Box([Vec3; 2]),
+    /// No surface, or one that leaves the cube.
+    Nothing,
+    /// No bounds at the cube's border.
+    Unknown,
+}
+
+fn within(field: &dyn Field, iso: f32, farthest: f32) -> Found {
+    let range =
+        |low: Vec3, size: f32| field.range([0, 1, 2].map(|k| Interval { lo: low[k], hi: low[k] + size }));
     let crosses = |low: Vec3, size: f32| {
-        let region: [Interval; 3] = [0, 1, 2].map(|k| Interval { lo: low[k], hi: low[k] + size });
-        let range = field.range(region);
+        let range = range(low, size);
         range.lo <= iso && range.hi >= iso
     };
+    let is_outer = |low: Vec3, size: f32| low.abs().max((low + size).abs()).max_element() >= farthest;
     let mut size = 2.0 * farthest;
     let mut boxes = vec![Vec3::splat(-farthest)];
     let around = |boxes: &[Vec3], size: f32| {
@@ -41,11 +58,15 @@ fn within(field: &dyn Field, iso: f32, farthest: f32) -> Option<[Vec3; 2]> {
                 .map(move |i| low + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * size)
         };
         boxes = boxes.par_iter().flat_map_iter(parts).filter(|low| crosses(*low, size)).collect();
-        let [low, high] = around(&boxes, size)?;
+        let Some([low, high]) = around(&boxes, size) else { return Found::Nothing };
         let extent = (high - low).max_element();
         if boxes.len() > MANY || size <= extent * FINEST {
-            let far = low.abs().max(high.abs()).max_element() >= farthest;
-            return (!far).then_some([low, high]);
+            let mut outer = boxes.iter().filter(|low| is_outer(**low, size)).map(|low| range(*low, size));
+            return match outer.next() {
+                None => Found::Box([low, high]),
+                Some(first) if first.is_bounded() || outer.any(|range| range.is_bounded()) => Found::Nothing,
+                Some(_) => Found::Unknown,
+            };
         }
     }
 }
@@ -92,6 +113,8 @@ mod tests {
     #[test]
     fn surfaces_without_end_or_none_at_all() {
         assert_eq!(found(&infinite_cylinder(1.0), 0.0), None);
+        let far = infinite_cylinder(1.0).translate([1e4, 0.0, 0.0]);
+        assert_eq!(found(&sphere(1.0).union(far), 0.0), None);
         assert_eq!(found(&(x() * y()), 0.0), None);
         assert_eq!(found(&sphere(1.0), -2.0), None);
         assert_eq!(found(&sphere(1.0).translate([1e7, 0.0, 0.0]), 0.0), None);

@@ -38,7 +38,7 @@ pub enum ParameterError {
         known: Vec<String>,
     },
     /// NaN or infinite.
-    #[error("the parameter `{name}` is {value}: give a finite number")]
+    #[error("the parameter `{name}` is {value}: give a finite 32-bit number")]
     NotFinite {
         /// The parameter.
         name: String,
@@ -78,7 +78,7 @@ impl GraphField {
     /// # Errors
     /// [`ParameterError`].
     pub fn set(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
-        if !value.is_finite() {
+        if !(value as f32).is_finite() {
             return Err(ParameterError::NotFinite { name: name.into(), value });
         }
         let parameters = &self.program.parameters;

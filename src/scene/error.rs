@@ -76,12 +76,14 @@ pub enum Fault {
         found: String,
     },
     /// A key that must be there.
-    #[error("the key `{key}` is missing: add it, as {wanted}")]
+    #[error("the key `{key}` is missing{}: add it, as {wanted}", closest.as_ref().map_or(String::new(), |c| format!(" (is it `{c}`?)")))]
     Missing {
         /// The key.
         key: &'static str,
         /// What it takes.
         wanted: &'static str,
+        /// A key that is there and looks like it.
+        closest: Option<String>,
     },
     /// A key that means nothing here.
     #[error("there is no key `{key}` here{}; there are {}", meant(.closest), listed(.known))]

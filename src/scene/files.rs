@@ -124,8 +124,9 @@ fn scene(node: &Node<'_, '_>) -> Found<Made> {
     if let Some((_, item)) = items.iter().find(|(name, _)| !imported.parameters.iter().any(|p| p == name)) {
         return Err(item.fault(Fault::NoParameter { known: imported.parameters }));
     }
-    // At 0 and below inside, whatever it is by itself.
-    let above = imported.expr - f64::from(imported.iso);
+    // At 0 and below inside, whatever it is by itself; but a density stays one.
+    let Some(iso) = imported.iso else { return Ok(Made::density(imported.expr)) };
+    let above = imported.expr - f64::from(iso);
     Ok(Made::solid(if imported.sense == Sense::Above { -above } else { above }))
 }
 

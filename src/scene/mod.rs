@@ -21,7 +21,7 @@
 //! radius = 0.1                        # of the rounded seam
 //! ```
 //!
-//! At the top also `iso` (0 unless given) and `inside` (`"below"` or `"above"`). Nodes are solids, below 0
+//! At the top also `iso` (0 unless given, of densities none) and `inside` (`"below"` or `"above"`). Nodes are solids, below 0
 //! inside, but for blobs, points and volumes without an `iso`, which are **densities**, high inside: they can be
 //! summed, displace others, or be meshed themselves. Files are looked for from the scene's own folder.
 //!
@@ -77,8 +77,8 @@ pub struct Scene {
     pub expr: Expr,
     /// Which side of iso is inside.
     pub sense: Sense,
-    /// The iso value.
-    pub iso: f32,
+    /// The iso value; none of a density for which the file names none.
+    pub iso: Option<f32>,
     /// The corners of the box that is meshed, if the scene names it.
     pub bounds: Option<[Vec3; 2]>,
     /// Cells along each axis, if the scene names them.
@@ -159,16 +159,7 @@ fn read(text: &str, path: &Path, files: &Files, given: &Given) -> Result<Scene, 
     top.finish()?;
 
     let made = tree::surface(&source, nodes, surface, files)?;
-    let iso = match iso {
-        None if made.dense => {
-            return Err(source.fault(
-                0,
-                "",
-                Fault::Missing { key: "iso", wanted: "the density at which the surface is" },
-            ));
-        }
-        iso => iso.unwrap_or(0.0) as f32,
-    };
+    let iso = iso.or((!made.dense).then_some(0.0)).map(|iso| iso as f32);
     let sense = inside.unwrap_or(if made.dense { Sense::Above } else { Sense::Below });
     if made.expr.is_longer_than(MOST_OPERATIONS) {
         return Err(source.fault(0, "", Fault::TooLong { most: MOST_OPERATIONS }));

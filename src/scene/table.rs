@@ -90,7 +90,11 @@ impl<'t> Table<'t> {
 
     /// The value of a key that must be there.
     pub fn need(&self, key: &'static str, wanted: &'static str) -> Found<Item<'t>> {
-        self.get(key).ok_or_else(|| self.fault(Fault::Missing { key, wanted }))
+        self.get(key).ok_or_else(|| {
+            let written = self.table.iter().map(|(key, _)| &**key.get_ref());
+            let closest = formula::closest(key, written.filter(|key| *key != "kind"));
+            self.fault(Fault::Missing { key, wanted, closest })
+        })
     }
 
     fn item(&self, key: &str, value: &'t Spanned<DeValue<'t>>) -> Item<'t> {

@@ -72,7 +72,7 @@ fn bad_input() {
         assert!(!here.path().join("m.ply").exists());
     };
     refused(BALL, &["--param", "q=1"], 2, "--param q: there is no parameter `q`; there are r");
-    refused(BALL, &["--param", "r=nan"], 2, "give a finite number");
+    refused(BALL, &["--param", "r=nan"], 2, "give a finite 32-bit number");
     refused(BALL, &["--dims", "2,2,2", "--type", "u8"], 2, "--dims");
     refused(BALL, &["--kernel", "soft"], 2, "--kernel is for points");
     refused(BALL, &["-n", "0"], 2, "-n");
@@ -83,6 +83,16 @@ fn bad_input() {
         "s.toml:10:7: nodes.cut.of[0]: there is no node `bell` (did you mean `ball`?)",
     );
     refused(&BALL.replace("'sphere'\n", "\"sphere\n"), &[], 1, "s.toml:5:");
+    let density =
+        BALL.replace("'sphere'\nradius = 'r'", "'blob'\nradius = 'r'").replace("of = ['ball', ", "of = [");
+    let density = format!("surface = 'ball'\n{density}");
+    refused(&density, &[], 2, "its surface is a density: say at which value, with -I VALUE");
+    refused(BALL, &["--param", "r=1e300"], 2, "give a finite 32-bit number");
+    write(here.path(), &density);
+    extract(here.path(), &["-I", "0.5"]);
+    let [x, ..] = bounds(here.path());
+    assert!((x[1] - 5.5).abs() < 0.05, "{x:?}");
+    std::fs::remove_file(here.path().join("m.ply")).expect("it is there");
     let run = isoforge(here.path(), &["extract", "none.toml"]);
     assert!(run.code == Some(1) && run.err.contains("none.toml cannot be read"), "{}", run.err);
 }

@@ -44,6 +44,7 @@ fn nodes() {
         (4, 1, "nodes.n"),
         "no key `raduis` here (did you mean `radius`?)",
     );
+    node("kind = 'sphere'\nraduis = 2", (1, 1, "nodes.n"), "`radius` is missing (is it `raduis`?)");
     node(
         "kind = 'sphere'\nradius = true",
         (3, 10, "nodes.n.radius"),
@@ -162,7 +163,6 @@ fn shapes_that_cannot_be() {
 #[test]
 fn densities_where_solids_are_wanted() {
     node("kind = 'union'\nof = {kind = 'blob', radius = 1}", (3, 6, "nodes.n.of"), "give it an `iso`");
-    node("kind = 'blob'\nradius = 1", (1, 1, ""), "the key `iso` is missing");
     node("kind = 'points'\nfile = '../data/1A8O.pdb.gz'\niso = 7", (1, 1, "nodes.n"), "7 is out of range");
 }
 

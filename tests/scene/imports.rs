@@ -64,6 +64,19 @@ fn names_with_points() {
     assert_eq!(names, ["\"a.b\".r", "a.b.r"]);
 }
 
+/// One of a density without an iso value stays a density.
+#[test]
+fn an_imported_density() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "a.toml", "[nodes.a]\nkind = 'blob'\nradius = 1\n");
+    let b = |kind: &str| format!("[nodes.b]\nkind = '{kind}'\nof = {{kind = 'scene', file = 'a.toml'}}\n");
+    write(folder.path(), "b.toml", &b("sum"));
+    let found = open(folder.path(), "b.toml").unwrap();
+    assert_eq!((found.iso, found.sense), (None, isoforge::field::Sense::Above));
+    write(folder.path(), "b.toml", &b("union"));
+    assert!(matches!(fault(open(folder.path(), "b.toml")), (_, Fault::Density)));
+}
+
 /// At 0 and below inside, whatever its own iso and side are.
 #[test]
 fn an_import_is_a_solid() {

@@ -273,7 +273,7 @@ fn what_stands_at_the_top() {
                 [nodes.a]\nkind = 'sphere'\nradius = 1\n[nodes.b]\nkind = 'cylinder'\nradius = 1\n";
     let found = scene(text);
     same(&found, &infinite_cylinder(1.0));
-    assert_eq!((found.iso, found.sense, found.cells), (0.25, Sense::Above, Some([10, 20, 30])));
+    assert_eq!((found.iso, found.sense, found.cells), (Some(0.25), Sense::Above, Some([10, 20, 30])));
     assert_eq!(found.bounds, Some([glam::Vec3::new(-1.0, -2.0, -3.0), glam::Vec3::new(1.0, 2.0, 3.0)]));
     assert_eq!(
         (found.camera.azimuth, found.camera.elevation, found.camera.fov),
@@ -326,7 +326,7 @@ fn example_scenes_are_the_same_on_both_backends() {
         let grid = Grid::from_bounds([24; 3], low, high).unwrap();
         let field = scene.field();
         let source = Source::Field(&field, grid);
-        let options = Options::new(scene.iso);
+        let options = Options::new(scene.iso.expect("an example's is a solid"));
         let (mesh, _) = isoforge::extract::extract_on_cpu(&source, &options, &|_| {}).unwrap();
         assert!(mesh.triangles.len() > 500, "{}: {} triangles", path.display(), mesh.triangles.len());
         if let Some(gpu) = gpu {

@@ -182,7 +182,7 @@ impl Named {
         let place = self.definition.parameters.iter().position(|p| p.name == name);
         let place = place.ok_or_else(|| NameError::NoParameter { field, name: name.into() })?;
         let Parameter { name, least, .. } = self.definition.parameters[place];
-        if !value.is_finite() || value < least {
+        if !(value as f32).is_finite() || value < least {
             return Err(NameError::Value { name, value, least });
         }
         // The name is known, and the value finite.

@@ -215,7 +215,7 @@ impl<'a> Parser<'a> {
             ("x", _) => x(),
             ("y", _) => y(),
             ("z", _) => z(),
-            (_, Some((_, value))) if !value.is_finite() => {
+            (_, Some((_, value))) if !(*value as f32).is_finite() => {
                 return err(Fault::Parameter { name: name.into(), value: *value });
             }
             (_, Some((expr, _))) => expr.clone(),
