@@ -2,6 +2,8 @@
 
 mod common;
 
+#[path = "front/black_boxes.rs"]
+mod black_boxes;
 #[path = "front/formula.rs"]
 mod formula;
 #[allow(dead_code, reason = "shared with the tests of the graph")]
