@@ -59,7 +59,7 @@ fn points(count: usize, half: f32, seed: u64) -> Vec<[f32; 3]> {
 
 /// Checks a field whose meaning is `reference` in the cube from −`half` to `half`: values within 3e-6 of the
 /// largest there; derivatives within a part in 500 and 1e-5 of the largest, where the reference is smooth, which
-/// is nearly everywhere; bounds of 10⁴ boxes.
+/// is nearly everywhere; bounds of 10⁵ boxes.
 fn check(name: &str, field: &dyn Field, half: f32, reference: &dyn Fn([f64; 3]) -> f64) {
     let points = points(4000, half, 17);
     let expected: Vec<f64> = points.iter().map(|p| reference(p.map(f64::from))).collect();
@@ -97,11 +97,11 @@ fn check(name: &str, field: &dyn Field, half: f32, reference: &dyn Fn([f64; 3]) 
     bounds(name, field, half);
 }
 
-/// No value in any of 10⁴ boxes lies beyond the box's interval, and most intervals say something.
+/// No value in any of 10⁵ boxes lies beyond the box's interval, and most intervals say something.
 fn bounds(name: &str, field: &dyn Field, half: f32) {
     let mut random = Random(23);
     let mut bounded = 0;
-    for _ in 0..10_000 {
+    for _ in 0..100_000 {
         let size = [1e-4, 0.02, 0.2, 1.0][random.next() as usize % 4] * half;
         let region = [0; 3].map(|_| {
             let low = (2.0 * random.unit() - 1.0) * half;
@@ -124,5 +124,5 @@ fn bounds(name: &str, field: &dyn Field, half: f32) {
             assert!(v.is_finite() && range.contains(v), "{name} at {p:?}: {v} beyond {range:?}");
         }
     }
-    assert!(bounded > 9_000, "{name}: bounds for {bounded} boxes alone");
+    assert!(bounded > 90_000, "{name}: bounds for {bounded} boxes alone");
 }

@@ -293,12 +293,10 @@ impl Leaf for Ellipsoids {
     }
 
     fn data(&self) -> Vec<u32> {
-        Data { grids: &self.grids, slack: self.slack, components: bytemuck::cast_slice(&self.components) }
-            .words()
+        Data::of(&self.grids, self.slack, &self.components).words()
     }
 
     fn data_bytes(&self) -> u64 {
-        Data { grids: &self.grids, slack: self.slack, components: bytemuck::cast_slice(&self.components) }
-            .bytes()
+        Data::of(&self.grids, self.slack, &self.components).bytes()
     }
 }

@@ -264,13 +264,11 @@ impl Leaf for Blobs {
     }
 
     fn data(&self) -> Vec<u32> {
-        Data { grids: &self.grids, slack: self.slack, components: bytemuck::cast_slice(&self.components) }
-            .words()
+        Data::of(&self.grids, self.slack, &self.components).words()
     }
 
     fn data_bytes(&self) -> u64 {
-        Data { grids: &self.grids, slack: self.slack, components: bytemuck::cast_slice(&self.components) }
-            .bytes()
+        Data::of(&self.grids, self.slack, &self.components).bytes()
     }
 }
 
@@ -293,7 +291,11 @@ struct Data<'a> {
     components: &'a [u32],
 }
 
-impl Data<'_> {
+impl<'a> Data<'a> {
+    fn of<C: bytemuck::Pod>(grids: &'a [Grid], slack: f32, components: &'a [C]) -> Self {
+        Self { grids, slack, components: bytemuck::cast_slice(components) }
+    }
+
     fn words(&self) -> Vec<u32> {
         let mut data = Vec::with_capacity(self.bytes() as usize / 4);
         let mut place = HEADER + GRID_HEADER * self.grids.len();
