@@ -11,10 +11,12 @@ mod extent;
 pub mod functions;
 pub mod named;
 pub mod noise;
+mod surface;
 pub mod user;
 
 pub use closure::Closure;
 pub use extent::extent;
+pub use surface::Surface;
 
 use crate::graph::interval::{ALL, Interval};
 use std::fmt;
