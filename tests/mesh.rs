@@ -8,6 +8,8 @@ mod clean;
 mod damage;
 #[path = "mesh/formats.rs"]
 mod formats;
+#[path = "mesh/rib.rs"]
+mod rib;
 #[path = "mesh/shapes.rs"]
 mod shapes;
 #[path = "mesh/targets.rs"]

@@ -170,7 +170,7 @@ pub struct ExtractArgs {
     #[command(flatten)]
     pub source: SourceArgs,
 
-    /// Write the mesh; the ending chooses the format: .off .obj .ply .stl .glb
+    /// Write the mesh; the ending chooses the format: .off .obj .ply .stl .glb, or .rib for RenderMan renderers
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 

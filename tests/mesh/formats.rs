@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use isoforge::mesh::Mesh;
-use isoforge::mesh::read::{ReadError, read};
-use isoforge::mesh::write::{ENDINGS, is_mesh_ending, write};
+use isoforge::mesh::read::{ENDINGS, ReadError, read};
+use isoforge::mesh::write::{self, is_mesh_ending, write};
 use ply_rs_bw::ply::{DefaultElement, Property};
 
 use crate::shapes::{both, cube, mesh, tetrahedron, torus};
@@ -181,7 +181,7 @@ fn nothing_is_a_valid_file() {
     }
     // Vertices without triangles, and normals that are all zero.
     let points = mesh(&[[1.0; 3]], &[]);
-    for ending in ENDINGS {
+    for ending in write::ENDINGS {
         written(&points, &format!("points.{ending}"));
     }
     let mut bare = tetrahedron();

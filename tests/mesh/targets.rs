@@ -25,7 +25,7 @@ fn a_file_replaces_another_whole() {
         write(&cube(), &path).unwrap();
         assert!(fs::metadata(&path).unwrap().len() > small);
     }
-    assert_eq!(names(folder.path()), ["m.glb", "m.obj", "m.off", "m.ply", "m.stl"]);
+    assert_eq!(names(folder.path()), ["m.glb", "m.obj", "m.off", "m.ply", "m.rib", "m.stl"]);
 }
 
 #[test]
@@ -42,7 +42,7 @@ fn refusals_leave_nothing() {
         error
     };
     assert!(matches!(both("a.xyz"), WriteError::UnknownEnding { .. }));
-    assert!(both("a").to_string().contains(".off, .obj, .ply, .stl or .glb"));
+    assert!(both("a").to_string().contains(".off, .obj, .ply, .stl, .glb or .rib"));
     assert!(matches!(both("none/a.ply"), WriteError::Target(TargetError::FolderMissing { .. })));
     assert!(matches!(both("file/a.ply"), WriteError::Target(TargetError::InTheWay { .. })));
     assert!(matches!(both("sub.ply"), WriteError::Target(TargetError::InTheWay { .. })));

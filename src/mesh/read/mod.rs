@@ -15,7 +15,9 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use super::Mesh;
-use super::write::ending;
+
+/// The endings that [`read`] knows, in lower case; case does not matter.
+pub const ENDINGS: [&str; 5] = ["off", "obj", "ply", "stl", "glb"];
 
 /// Why a mesh file was not read.
 #[derive(Debug, thiserror::Error)]
@@ -102,7 +104,9 @@ impl Fault {
 ///
 /// [`ReadError`]; each message names the file and, where known, the line.
 pub fn read(path: &Path) -> Result<Mesh, ReadError> {
-    let format = ending(path).ok_or_else(|| ReadError::UnknownEnding { path: path.into() })?;
+    let found =
+        path.extension().and_then(|e| ENDINGS.into_iter().find(|known| e.eq_ignore_ascii_case(known)));
+    let format = found.ok_or_else(|| ReadError::UnknownEnding { path: path.into() })?;
     let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
     let mesh = match format {
         "off" => off::parse(&bytes),

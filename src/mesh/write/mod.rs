@@ -1,4 +1,4 @@
-//! Mesh files: OFF, OBJ, PLY, STL and GLB, chosen by the ending of the path.
+//! Mesh files: OFF, OBJ, PLY, STL, GLB and RIB, chosen by the ending of the path.
 //!
 //! A file appears whole or not at all: it is written under a temporary name in its own folder and
 //! renamed at the end, which replaces an older file of that name. (A killed process may leave the
@@ -10,6 +10,7 @@ mod glb;
 mod obj;
 mod off;
 mod ply;
+mod rib;
 mod stl;
 
 use std::io::{self, Write};
@@ -20,8 +21,9 @@ use rayon::prelude::*;
 
 use super::{Mesh, Vertex};
 
-/// The endings [`write()`] and [`read`](super::read::read) know, in lower case; case does not matter.
-pub const ENDINGS: [&str; 5] = ["off", "obj", "ply", "stl", "glb"];
+/// The endings that [`write()`] knows, in lower case; case does not matter. [`read`](super::read::read) knows all but
+/// `rib`.
+pub const ENDINGS: [&str; 6] = ["off", "obj", "ply", "stl", "glb", "rib"];
 
 /// Why a mesh was not written. Nothing is left behind then, and an older file of that name stays.
 #[derive(Debug, thiserror::Error)]
@@ -29,7 +31,7 @@ pub const ENDINGS: [&str; 5] = ["off", "obj", "ply", "stl", "glb"];
 pub enum WriteError {
     /// The ending of the path stands for no known format.
     #[error(
-        "{}: not a mesh file ending; name the file .off, .obj, .ply, .stl or .glb, which chooses the format.",
+        "{}: not a mesh file ending; name the file .off, .obj, .ply, .stl, .glb or .rib, which chooses the format.",
         path.display()
     )]
     UnknownEnding {
@@ -70,7 +72,7 @@ pub fn is_mesh_ending(path: &Path) -> bool {
 }
 
 /// The ending as it stands in [`ENDINGS`].
-pub(super) fn ending(path: &Path) -> Option<&'static str> {
+fn ending(path: &Path) -> Option<&'static str> {
     let found = path.extension()?.to_str()?;
     ENDINGS.into_iter().find(|known| known.eq_ignore_ascii_case(found))
 }
@@ -95,6 +97,7 @@ pub fn check_target(path: &Path) -> Result<(), WriteError> {
 /// | `.ply` | little-endian binary; positions and normals |
 /// | `.stl` | binary; unconnected triangles with facet normals |
 /// | `.glb` | glTF 2.0 binary; positions, and normals where there are any. glTF viewers take the unit as a metre and y as up |
+/// | `.rib` | text for RenderMan renderers: positions, and normals where there are any, with a camera that sees all of the mesh, and lights |
 ///
 /// # Errors
 ///
@@ -121,6 +124,7 @@ pub fn write(mesh: &Mesh, path: &Path) -> Result<u64, WriteError> {
             "obj" => obj::write(mesh, &mut out),
             "ply" => ply::write(mesh, &mut out),
             "stl" => stl::write(mesh, &mut out),
+            "rib" => rib::write(mesh, &path.file_stem().unwrap_or_default().to_string_lossy(), &mut out),
             _ => glb::write(mesh, &mut out),
         }?;
         Ok(out.bytes)
