@@ -42,6 +42,7 @@
 #![warn(missing_docs)]
 #![deny(unsafe_code)]
 
+pub mod accuracy;
 mod atomic;
 pub mod bench;
 pub mod cli;
