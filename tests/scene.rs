@@ -8,6 +8,8 @@ mod faults;
 mod imports;
 #[path = "scene/nodes.rs"]
 mod nodes;
+#[path = "scene/settings.rs"]
+mod settings;
 
 use isoforge::field::{Field, Points};
 use isoforge::graph::{Expr, GraphField};

@@ -9,7 +9,7 @@ use crate::field::named::{self, Named};
 use crate::field::user::UserField;
 use crate::field::{self, Field, Sense};
 use crate::graph::formula::{self, Fault, FormulaError};
-use crate::graph::{Expr, GraphField};
+use crate::graph::{Expr, GraphField, ParameterError};
 use crate::grid::{Grid, GridError};
 use crate::scene::{self, Camera, Scene};
 use crate::volume::{self, OpenOptions, RawLayout, Volume};
@@ -178,12 +178,17 @@ fn load_named(args: &SourceArgs) -> Result<(Loaded, Vec<String>), Failure> {
 }
 
 fn load_scene(args: &SourceArgs, path: &Path, memory_budget: u64) -> Result<Opened, Failure> {
-    let options = scene::OpenOptions { max_bytes: Some(memory_budget) };
+    let options = scene::OpenOptions { max_bytes: Some(memory_budget), parameters: args.parameters.clone() };
     let scene = Scene::open(path, &options).map_err(Failure::run)?;
     let sense = args.inside.map_or(scene.sense, Sense::from);
     let mut field = GraphField::new(&scene.expr, sense);
     for (name, value) in &args.parameters {
-        field.set(name, *value).map_err(|error| Failure::usage(format!("--param {name}: {error}")))?;
+        match field.set(name, *value) {
+            // Of the scene's settings, not of its field.
+            Err(ParameterError::Unknown { .. })
+                if scene.parameters.contains(name) && (*value as f32).is_finite() => {}
+            result => result.map_err(|error| Failure::usage(format!("--param {name}: {error}")))?,
+        }
     }
     let Some(iso) = args.iso.or(scene.iso) else {
         return Err(Failure::usage(format!(

@@ -29,6 +29,7 @@ const PIXEL: u64 = 22;
 
 /// What has been opened, and what may be.
 pub struct Files {
+    parameters: Vec<(String, f64)>,
     left: Cell<Option<u64>>,
     notes: RefCell<Vec<String>>,
     /// The scenes that are being read, each imported by the one before.
@@ -39,11 +40,17 @@ pub struct Files {
 impl Files {
     pub fn new(options: &OpenOptions) -> Self {
         Self {
+            parameters: options.parameters.clone(),
             left: Cell::new(options.max_bytes),
             notes: RefCell::default(),
             open: RefCell::default(),
             scenes: Cell::new(0),
         }
+    }
+
+    /// Values in place of the files' own, by full name.
+    pub fn parameters(&self) -> &[(String, f64)] {
+        &self.parameters
     }
 
     /// Bytes that volumes and points may still take.

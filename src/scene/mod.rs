@@ -5,8 +5,9 @@
 //! bounds = [[-1.6, -1.6, -1.6], [1.6, 1.6, 1.6]]
 //! cells = 128                         # or three numbers
 //! camera = { azimuth = 30, elevation = 25, fov = 35 }
+//! refine = { flatness = 0.95, epsilon = 1e-4, depth = 5 }   # of `--refine`, what it does not say itself
 //!
-//! [parameters]                        # what --param changes, recompiling nothing
+//! [parameters]                        # what --param changes, recompiling nothing; also for the numbers above, as cells = "n"
 //! r = 0.4
 //!
 //! [nodes.hole]
@@ -53,10 +54,13 @@ pub const KINDS: &str = include_str!("kinds.md");
 const MOST_OPERATIONS: usize = 1 << 22;
 
 /// How to open a scene.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct OpenOptions {
     /// Refuse volumes and points that take more than this many bytes, all together; `None` for no limit.
     pub max_bytes: Option<u64>,
+    /// Values of parameters in place of the file's (`node.parameter` for those of an imported scene). Names that no scene has
+    /// are passed over: [`Scene::parameters`] and the field say which there are.
+    pub parameters: Vec<(String, f64)>,
 }
 
 /// From where a scene wants to be seen; angles in degrees as in [`View`](crate::render::View).
@@ -68,6 +72,19 @@ pub struct Camera {
     pub elevation: Option<f32>,
     /// Vertical opening angle.
     pub fov: Option<f32>,
+}
+
+/// How a scene wants to be refined; what is not said is as in [`crate::refine::Settings`].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Refine {
+    /// Cosine of the angle between normals from which on an edge is split.
+    pub flatness: Option<f32>,
+    /// Tolerance of the projection on the surface, in world units.
+    pub epsilon: Option<f32>,
+    /// The longest step of the projection, in world units.
+    pub step: Option<f32>,
+    /// How often an edge is split at most.
+    pub depth: Option<u32>,
 }
 
 /// A scene, read and checked.
@@ -85,6 +102,8 @@ pub struct Scene {
     pub cells: Option<[u32; 3]>,
     /// From where it is seen.
     pub camera: Camera,
+    /// How it is refined when that is asked for.
+    pub refine: Refine,
     /// The names of its own parameters.
     pub parameters: Vec<String>,
     /// Remarks for the user, one line each.
@@ -143,14 +162,15 @@ fn read(text: &str, path: &Path, files: &Files, given: &Given) -> Result<Scene, 
         source.fault(at, "", Fault::Syntax { message: error.message().trim_end().replace('\n', "; ") })
     })?;
     let table = parsed.get_ref();
-    source.names = parameters(&Table::new(&source, table, 0..0, String::new()), given)?;
+    source.names = parameters(&Table::new(&source, table, 0..0, String::new()), files, given)?;
     let top = Table::new(&source, table, 0..0, String::new());
     top.allow(&["parameters"]);
 
     let cells = top.get("cells").map(|item| cells(&item)).transpose()?;
     let bounds = top.get("bounds").map(|item| bounds(&item)).transpose()?;
     let camera = top.get("camera").map_or(Ok(Camera::default()), |item| camera(&item))?;
-    let iso = top.get("iso").map(|item| item.plain()).transpose()?;
+    let refine = top.get("refine").map_or(Ok(Refine::default()), |item| refine(&item))?;
+    let iso = top.get("iso").map(|item| item.setting()).transpose()?;
     let inside = top.get("inside");
     let inside = inside.map(|item| item.choice("side", &[("below", Sense::Below), ("above", Sense::Above)]));
     let inside = inside.transpose()?;
@@ -165,11 +185,11 @@ fn read(text: &str, path: &Path, files: &Files, given: &Given) -> Result<Scene, 
         return Err(source.fault(0, "", Fault::TooLong { most: MOST_OPERATIONS }));
     }
     let parameters = source.names.iter().map(|(name, _)| name.clone()).collect();
-    Ok(Scene { expr: made.expr, sense, iso, bounds, cells, camera, parameters, notes: Vec::new() })
+    Ok(Scene { expr: made.expr, sense, iso, bounds, cells, camera, refine, parameters, notes: Vec::new() })
 }
 
 /// The scene's parameters as names for its formulas.
-fn parameters(top: &Table<'_>, given: &Given) -> Result<Vec<(String, Expr)>, SceneError> {
+fn parameters(top: &Table<'_>, files: &Files, given: &Given) -> Result<Vec<(String, Expr)>, SceneError> {
     let Some(item) = top.get("parameters") else { return Ok(Vec::new()) };
     let table = item.table("a table of numbers, as in `[parameters]` and below `r = 0.4`")?;
     let mut names = Vec::new();
@@ -177,7 +197,14 @@ fn parameters(top: &Table<'_>, given: &Given) -> Result<Vec<(String, Expr)>, Sce
         item.check_name(name)?;
         let own = item.plain()?;
         let value = given.values.iter().find(|(given, _)| given == name).map(|(_, value)| value.clone());
-        let value = value.unwrap_or_else(|| Expr::parameter(&format!("{}{name}", given.prefix), own));
+        let value = value.unwrap_or_else(|| {
+            let name = format!("{}{name}", given.prefix);
+            let chosen = files
+                .parameters()
+                .iter()
+                .find(|(chosen, value)| *chosen == name && (*value as f32).is_finite());
+            Expr::parameter(&name, chosen.map_or(own, |(_, value)| *value))
+        });
         names.push((name.to_string(), value));
     }
     Ok(names)
@@ -187,11 +214,14 @@ fn cells(item: &Item<'_>) -> Result<[u32; 3], SceneError> {
     let range = 1..MAX_CELLS + 1;
     if item.value.is_array() {
         let wanted = "a whole number, or three";
-        let counts =
-            item.list(wanted)?.iter().map(|n| n.whole(range.clone())).collect::<Result<Vec<_>, _>>()?;
+        let counts = item
+            .list(wanted)?
+            .iter()
+            .map(|n| n.whole_setting(range.clone()))
+            .collect::<Result<Vec<_>, _>>()?;
         return counts.try_into().map_err(|_| item.type_fault(wanted));
     }
-    Ok([item.whole(range)?; 3])
+    Ok([item.whole_setting(range)?; 3])
 }
 
 fn bounds(item: &Item<'_>) -> Result<[Vec3; 2], SceneError> {
@@ -213,7 +243,7 @@ fn camera(item: &Item<'_>) -> Result<Camera, SceneError> {
     let table = item.table("a table like { azimuth = 30, elevation = 25, fov = 35 }")?;
     let angle = |key, least: f64, most: f64| {
         let Some(item) = table.get(key) else { return Ok(None) };
-        let angle = item.plain()?;
+        let angle = item.setting()?;
         if (least..=most).contains(&angle) {
             return Ok(Some(angle as f32));
         }
@@ -229,4 +259,17 @@ fn camera(item: &Item<'_>) -> Result<Camera, SceneError> {
     };
     table.finish()?;
     Ok(camera)
+}
+
+fn refine(item: &Item<'_>) -> Result<Refine, SceneError> {
+    let table = item.table("a table like { flatness = 0.95, epsilon = 1e-4, depth = 5 }")?;
+    let number = |key| table.get(key).map(|item| Ok(item.setting()? as f32)).transpose();
+    let refine = Refine {
+        flatness: number("flatness")?,
+        epsilon: number("epsilon")?,
+        step: number("step")?,
+        depth: table.get("depth").map(|item| item.whole_setting(0..u32::MAX)).transpose()?,
+    };
+    table.finish()?;
+    Ok(refine)
 }

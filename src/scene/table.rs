@@ -2,8 +2,9 @@
 
 use super::error::{Fault, Place, SceneError};
 use crate::excerpt::excerpt;
+use crate::field::{Field, Points, Sense};
 use crate::graph::shapes::Vector;
-use crate::graph::{Expr, formula};
+use crate::graph::{Expr, GraphField, formula};
 use std::cell::RefCell;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -234,6 +235,35 @@ impl<'t> Item<'t> {
         }
     }
 
+    /// A number of the scene as a whole: one number, or a formula of parameters at the values that they have.
+    pub fn setting(&self) -> Found<f64> {
+        let DeValue::String(text) = self.value else { return self.plain() };
+        let expr = self.formula(text, &[])?;
+        let field = GraphField::new(&expr, Sense::Below);
+        // One number wherever it is asked for, or it is none.
+        let mut values = [0.0; 2];
+        let points = Points { x: &[0.3, -1.7], y: &[-0.6, 2.9], z: &[0.8, -4.1] };
+        let known = field.values(points, &mut values).is_ok();
+        if known && values[0] == values[1] && values[0].is_finite() {
+            return Ok(f64::from(values[0]));
+        }
+        let wanted = "a formula of parameters alone, with a finite value".into();
+        Err(self.fault(Fault::Range { wanted, found: self.written().into() }))
+    }
+
+    /// A whole number of the scene as a whole, formulas rounded.
+    pub fn whole_setting(&self, range: Range<u32>) -> Found<u32> {
+        if !matches!(self.value, DeValue::String(_)) {
+            return self.whole(range);
+        }
+        let number = self.setting()?.round();
+        if (f64::from(range.start)..f64::from(range.end)).contains(&number) {
+            return Ok(number as u32);
+        }
+        let wanted = format!("a whole number from {} to {}", range.start, range.end - 1);
+        Err(self.fault(Fault::Range { wanted, found: format!("{} = {number}", self.written()) }))
+    }
+
     /// Refuses a name for this value that formulas cannot say, or mean something else by.
     pub fn check_name(&self, name: &str) -> Found<()> {
         if formula::is_reserved(name) {
@@ -275,7 +305,7 @@ impl<'t> Item<'t> {
 
     pub fn plain_triple(&self) -> Found<[f64; 3]> {
         let [x, y, z] = self.triple("three numbers like [0, 1.5, 2]")?;
-        Ok([x.plain()?, y.plain()?, z.plain()?])
+        Ok([x.setting()?, y.setting()?, z.setting()?])
     }
 
     pub fn list(&self, wanted: &'static str) -> Found<Vec<Item<'t>>> {

@@ -162,7 +162,7 @@ fn heights_of_a_picture() {
     {
         assert!((at(x, y) - height).abs() < 1e-6, "{x} {y}: {}", at(x, y));
     }
-    let little = OpenOptions { max_bytes: Some(100) };
+    let little = OpenOptions { max_bytes: Some(100), ..OpenOptions::default() };
     let (text_, fault_) = fault(Scene::open(&folder.path().join("a.toml"), &little));
     assert!(matches!(fault_, Fault::LargePicture { .. }) && text_.contains("3x2"), "{text_}");
     #[cfg(unix)]
@@ -181,7 +181,7 @@ fn heights_of_a_picture() {
 #[test]
 fn memory_is_bounded() {
     let text = "[nodes.a]\nkind = 'volume'\niso = 10\nfile = '../../tests/data/brain_24.nii.gz'\n";
-    let options = OpenOptions { max_bytes: Some(1000) };
+    let options = OpenOptions { max_bytes: Some(1000), ..OpenOptions::default() };
     let (text, _) = fault(Scene::parse(text, Path::new("examples/scenes/test.toml"), &options));
     assert!(text.contains("1000") && text.contains("nodes.a"), "{text}");
 }
