@@ -11,7 +11,7 @@ use crate::stage::classify::cpu::classify;
 use crate::stage::cull::bounds::bounds;
 use crate::stage::cull::cpu::{compact, cull, keep_all, range};
 use crate::stage::emit::cpu::{
-    Beside, EdgeNumbers, Gradients, emit_field_vertices, emit_indices, emit_volume_vertices,
+    Beside, EdgeNumbers, Gradients, Nearby, emit_field_vertices, emit_indices, emit_volume_vertices,
 };
 use crate::stage::inside::{Inside, from_order_key, order_key};
 use crate::stage::normals::cpu::{add_neighbours, average};
@@ -322,6 +322,7 @@ fn compare_emit(
 ) -> Result<(), NoForm> {
     let (mut has_normals, mut is_marked) = (true, false);
     let mut twin = Mesh::default();
+    let mut nearby = Nearby::new(params, &gpu.active, 0);
     for (slot, &brick) in gpu.active.iter().enumerate() {
         let size = [0, 1].map(|i| gpu.offsets[slot + 1][i].saturating_sub(gpu.offsets[slot][i]) as usize);
         // A defect elsewhere must not ask for absurd memory here: a brick has no more than this.
@@ -345,7 +346,7 @@ fn compare_emit(
                 }
             }
         }
-        let beside = Beside::new(params, &gpu.slots, &gpu.records, &gpu.offsets, brick);
+        let beside = Beside::new(&mut nearby, &gpu.active, &gpu.records, &gpu.offsets, slot);
         emit_indices(
             params,
             &MARCHING_CUBES,

@@ -59,6 +59,7 @@ pub mod render;
 pub mod scene;
 pub mod stage;
 pub mod table;
+pub mod track;
 pub mod volume;
 
 pub use atomic::TargetError;

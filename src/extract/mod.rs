@@ -12,6 +12,7 @@ mod workspace;
 
 pub use crate::field::differences::Normals;
 pub use cpu::extract_on_cpu;
+pub(crate) use cpu::{Clock, Job, KEPT_BYTES, Kept, RECORDS};
 pub use gpu::Extractor;
 pub use plan::Plan;
 pub use run::Extraction;

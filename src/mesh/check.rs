@@ -227,7 +227,7 @@ impl Rings {
 }
 
 /// The representative of `v`: the lowest number joined to it.
-pub(super) fn root(parent: &mut [u32], mut v: u32) -> u32 {
+pub(crate) fn root(parent: &mut [u32], mut v: u32) -> u32 {
     while parent[v as usize] != v {
         parent[v as usize] = parent[parent[v as usize] as usize];
         v = parent[v as usize];
@@ -236,7 +236,7 @@ pub(super) fn root(parent: &mut [u32], mut v: u32) -> u32 {
 }
 
 /// Joins the sets of `a` and `b`; whether they were two.
-pub(super) fn join(parent: &mut [u32], a: u32, b: u32) -> bool {
+pub(crate) fn join(parent: &mut [u32], a: u32, b: u32) -> bool {
     let (a, b) = (root(parent, a), root(parent, b));
     parent[a.max(b) as usize] = a.min(b);
     a != b

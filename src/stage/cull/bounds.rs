@@ -11,7 +11,7 @@ use crate::stage::inside::order_key;
 use crate::stage::params::Params;
 use glam::UVec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 /// Bricks along the edge of a block.
@@ -26,24 +26,47 @@ const SHARED: u32 = 8;
 pub struct Culled {
     /// Numbers of the bricks.
     pub active: Vec<u32>,
-    /// By the block's number.
-    pub fields: HashMap<u32, Arc<dyn Field>>,
+    /// The pruned fields.
+    pub fields: BlockFields,
 }
 
 impl Culled {
     fn joined(mut self, other: Self) -> Self {
         self.active.extend(other.active);
-        self.fields.extend(other.fields);
+        self.fields.0.extend(other.fields.0);
         self
     }
+}
 
+/// Pruned fields by the number of the block of bricks that they hold in; none where the whole field does.
+#[derive(Debug, Default)]
+pub struct BlockFields(HashMap<u32, Arc<dyn Field>>);
+
+impl BlockFields {
     /// A field that is the same as the whole one in that brick.
     pub fn field_in<'a>(&'a self, params: &Params, brick: u32, whole: &'a dyn Field) -> &'a dyn Field {
-        if self.fields.is_empty() {
+        if self.0.is_empty() {
             return whole;
         }
         let block = block_of(params, params.brick_origin(brick) / 8);
-        self.fields.get(&block).map_or(whole, |field| &**field)
+        self.0.get(&block).map_or(whole, |field| &**field)
+    }
+
+    /// Prunes `whole` in those blocks of `bricks` that are not in `seen` yet.
+    pub fn reach(&mut self, params: &Params, whole: &dyn Field, bricks: &[u32], seen: &mut HashSet<u32>) {
+        let mut reached = Vec::new();
+        for &brick in bricks {
+            let place = params.brick_origin(brick) / 8;
+            if seen.insert(block_of(params, place)) {
+                reached.push(place / BLOCK * BLOCK);
+            }
+        }
+        let extent = UVec3::from(params.slab_extent);
+        let pruned = reached.into_par_iter().filter_map(|first| {
+            let within = whole.within(region(params, first, (first + BLOCK).min(extent)));
+            Some((block_of(params, first), within.field?))
+        });
+        self.0.par_extend(pruned);
     }
 }
 
@@ -55,8 +78,13 @@ fn block_of(params: &Params, brick: UVec3) -> u32 {
 
 /// The box of points of the bricks from `first` to before `end`.
 fn region(params: &Params, first: UVec3, end: UVec3) -> [Interval; 3] {
-    let high = (end * 8).min(UVec3::from(params.points) - 1);
-    let [x, y, z] = [0, 1, 2].map(|i| Interval::new((first[i] * 8) as f32, high[i] as f32));
+    region_of_cells(params, first * 8, end * 8)
+}
+
+/// The box of points of the cells from `first` to before `end`, cut off at the grid's end.
+pub fn region_of_cells(params: &Params, first: UVec3, end: UVec3) -> [Interval; 3] {
+    let high = end.min(UVec3::from(params.points) - 1);
+    let [x, y, z] = [0, 1, 2].map(|i| Interval::new(first[i] as f32, high[i] as f32));
     let world = |k: usize| {
         let along = |step: [f32; 3], by| iv::mul(Interval::point(step[k]), by);
         let (along_x, along_y, along_z) =
@@ -64,6 +92,11 @@ fn region(params: &Params, first: UVec3, end: UVec3) -> [Interval; 3] {
         iv::add(Interval::point(params.origin[k]), iv::add(iv::add(along_x, along_y), along_z))
     };
     [world(0), world(1), world(2)]
+}
+
+/// Whether a field with this range in a box can have samples on both sides of iso there.
+pub fn can_cross(params: &Params, range: Interval) -> bool {
+    straddles(params, keys(range))
 }
 
 fn keys(range: Interval) -> Range {
@@ -100,13 +133,13 @@ fn descend(
     let region = region(params, first, (first + side).min(extent));
     if side == 1 {
         // Bricks have the fields of their blocks: nothing is pruned for one.
-        if straddles(params, keys(field.range(region))) {
+        if can_cross(params, field.range(region)) {
             found.active.push(first.x + extent.x * (first.y + extent.y * first.z));
         }
         return;
     }
     let Within { range, field: simpler } = field.within(region);
-    if !straddles(params, keys(range)) {
+    if !can_cross(params, range) {
         return;
     }
     let pruned = simpler.as_ref().or(pruned);
@@ -114,7 +147,7 @@ fn descend(
     if side == BLOCK
         && let Some(pruned) = pruned
     {
-        found.fields.insert(block_of(params, first), pruned.clone());
+        found.fields.0.insert(block_of(params, first), pruned.clone());
     }
     // Blocks are divided into bricks at once, larger boxes into eight.
     let (parts, next) = if side == BLOCK { (BLOCK, 1) } else { (2, side / 2) };

@@ -6,33 +6,72 @@
 use super::vertices::Edges;
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::{InsideRows, PlaneShape, cell_case, mixed_cells};
-use crate::stage::cull::cpu::NO_SLOT;
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
 use crate::table::Table;
 use multiversion::multiversion;
 
+/// Where the bricks beside a brick lie in the sorted list of bricks with surface. It stands for the shader's brick map:
+/// nothing of it is as large as the grid.
+///
+/// Bricks are asked for in the list's order, so that the place of each neighbour only moves forwards: a pass over
+/// the whole list looks at every entry a few times.
+#[derive(Debug)]
+pub struct Nearby {
+    /// From a brick to those one row, one layer, and both up. 64 bits: the sum may be more than any brick's number.
+    up: [u64; 4],
+    /// The first slot not before each of these.
+    slots: [usize; 4],
+}
+
+impl Nearby {
+    /// For bricks of `active`, which is sorted, from slot `first` on.
+    pub fn new(params: &Params, active: &[u32], first: usize) -> Self {
+        let [nx, ny, _] = params.slab_extent.map(u64::from);
+        let up = [0, nx, nx * ny, nx * ny + nx];
+        let slots = up.map(|up| {
+            let Some(&brick) = active.get(first) else { return active.len() };
+            active.partition_point(|&other| u64::from(other) < u64::from(brick) + up)
+        });
+        Self { up, slots }
+    }
+
+    /// The slots of the eight bricks from (0,0,0) to (1,1,1) beside `brick`; bricks are asked for in order.
+    #[inline(always)]
+    fn beside(&mut self, active: &[u32], brick: u32) -> [Option<usize>; 8] {
+        let mut found = [None; 8];
+        for (row, (slot, up)) in self.slots.iter_mut().zip(self.up).enumerate() {
+            let wanted = u64::from(brick) + up;
+            let at = |slot: usize| active.get(slot).map(|&other| u64::from(other));
+            while at(*slot).is_some_and(|other| other < wanted) {
+                *slot += 1;
+            }
+            let has_first = at(*slot) == Some(wanted);
+            found[2 * row] = has_first.then_some(*slot);
+            let next = *slot + usize::from(has_first);
+            found[2 * row + 1] = (at(next) == Some(wanted + 1)).then_some(next);
+        }
+        found
+    }
+}
+
 /// A brick's record and first vertex, for each of the eight bricks from (0,0,0) to (1,1,1) beside a
 /// brick: the owners of its cells' edges.
 pub struct Beside<'a>([Option<(&'a BrickRecord, u32)>; 8]);
 
 impl<'a> Beside<'a> {
-    /// Looks the bricks up in the brick map.
+    /// Those beside the brick of slot `slot` of `active`, where `nearby` has got to.
     #[inline(always)]
     pub fn new(
-        params: &Params,
-        slots: &[u32],
+        nearby: &mut Nearby,
+        active: &[u32],
         records: &'a [BrickRecord],
         offsets: &[[u32; 2]],
-        brick: u32,
+        slot: usize,
     ) -> Self {
-        let [nx, ny, _] = params.slab_extent;
-        Self([0, 1, 2, 3, 4, 5, 6, 7].map(|i: u32| {
-            let beside = brick + (i & 1) + nx * ((i >> 1 & 1) + ny * (i >> 2));
-            let slot = *slots.get(beside as usize)?;
-            (slot != NO_SLOT).then(|| (&records[slot as usize], offsets[slot as usize][0]))
-        }))
+        let slots = nearby.beside(active, active[slot]);
+        Self(slots.map(|slot| slot.map(|slot| (&records[slot], offsets[slot][0]))))
     }
 }
 

@@ -3,5 +3,5 @@
 mod indices;
 mod vertices;
 
-pub use indices::{Beside, EdgeNumbers, emit_indices};
+pub use indices::{Beside, EdgeNumbers, Nearby, emit_indices};
 pub use vertices::{Gradients, emit_field_vertices, emit_volume_vertices};
