@@ -1,7 +1,7 @@
 //! The arguments of every command.
 
+use super::values::{RefineArg, Size, Triple, bounds, byte_count, cells, dims, parameter, refine, size, triple};
 use crate::field::Sense;
-use crate::grid::MAX_CELLS;
 use crate::render::Shade;
 use crate::volume::{Endian, Scalar};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -33,12 +33,15 @@ pub enum Command {
     Gallery(GalleryArgs),
     /// Run GPU and CPU stage by stage and tell what agrees; exit 1 if something does not
     Compare(CompareArgs),
+    /// Measure how far meshes lie from the surface: uniform, refined, sharp, dual marching cubes, and the uniform
+    /// grid that has the refined mesh's error
+    Accuracy(AccuracyArgs),
     /// Measure every stage and the whole, on CPU and GPU, and the adapter's copy bandwidth
     Bench(BenchArgs),
 }
 
 /// What is meshed, and where.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct SourceArgs {
     /// A field's name (see `isoforge fields`), a formula like 'sqrt(x^2 + y^2 + z^2) - r',
     /// a .wgsl file with `fn density(p: vec3<f32>) -> f32`, a scene: .toml (see `isoforge nodes`),
@@ -94,7 +97,7 @@ pub enum NormalsArg {
 }
 
 /// How points become a field.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Points")]
 pub struct BlobArgs {
     /// How a point's blob falls with the distance
@@ -137,7 +140,7 @@ pub enum KernelArg {
 }
 
 /// How a .raw or .bin file is laid out.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Raw volumes")]
 pub struct RawArgs {
     /// Samples along each axis of a raw volume
@@ -183,6 +186,9 @@ pub struct ExtractArgs {
     pub no_degenerate: bool,
 
     #[command(flatten)]
+    pub method: MethodArgs,
+
+    #[command(flatten)]
     pub run: RunArgs,
 
     /// Write one JSON object with counts, bytes and seconds; - for standard output. A mesh on the GPU is not
@@ -199,6 +205,62 @@ pub struct ExtractArgs {
 
     #[command(flatten)]
     pub raw: RawArgs,
+}
+
+/// How the surface becomes triangles.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Methods")]
+pub struct MethodArgs {
+    /// How cells become triangles
+    #[arg(long, value_enum, default_value = "mc")]
+    pub method: MethodArg,
+
+    /// How far the mesh of --method dmc or octree may lie from the surface, in world units [default: a tenth of the
+    /// shortest cell edge]
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    pub error: Option<f32>,
+
+    /// The most cells that the octree of --method dmc or octree may have
+    #[arg(long, value_name = "N")]
+    pub most_cells: Option<u64>,
+
+    /// Keep the edges and corners of the surface: dual contouring of the uniform grid
+    #[arg(long)]
+    pub sharp: bool,
+
+    /// Split triangles where the surface is curved (Velho), their new corners on the surface: flatness is the cosine of the
+    /// angle between normals from which on an edge is split, epsilon and step (the tolerance and the longest step of the
+    /// projection) are in world units, depth is how often an edge is split at most
+    #[arg(long, value_name = "flatness=0.95,epsilon=1e-4,depth=5,step=L", num_args = 0..=1, default_missing_value = "",
+        value_parser = refine)]
+    pub refine: Option<RefineArg>,
+
+    /// Follow the surface from seeds, at a cost that grows with it and not with the grid: from --seed, --coarse, --search;
+    /// without them from the centres of points, and in other sources from a --search 1
+    #[arg(long)]
+    pub track: bool,
+
+    /// Track the component at this place, or the first that is met from it along the axes; may be repeated
+    #[arg(long = "seed", value_name = "X,Y,Z", value_parser = triple, requires = "track", allow_hyphen_values = true)]
+    pub seeds: Vec<Triple>,
+
+    /// Track what separates the points of a lattice of every so many grid points
+    #[arg(long, value_name = "N", requires = "track")]
+    pub coarse: Option<u32>,
+
+    /// Track what the field's intervals leave of the grid, down to boxes of so many cells; with 1, all there is
+    #[arg(long, value_name = "CELLS", requires = "track")]
+    pub search: Option<u32>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MethodArg {
+    /// Marching cubes on the uniform grid
+    Mc,
+    /// Dual marching cubes on an octree whose smallest cells are the grid's: fewer triangles where the surface is flat, sharp edges
+    Dmc,
+    /// Polygons of an octree's cells (Bloomenthal), cracks between sizes closed
+    Octree,
 }
 
 /// Where and within which limits the work is done.
@@ -291,6 +353,33 @@ pub struct CompareArgs {
 }
 
 #[derive(Debug, Args)]
+pub struct AccuracyArgs {
+    /// What is meshed: one or more sources as of `extract`, scenes for example
+    #[arg(required = true, value_name = "SOURCE")]
+    pub sources: Vec<String>,
+
+    /// The iso value [default: the source's own]
+    #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
+    pub iso: Option<f32>,
+
+    /// Cells along each axis: one number, or x,y,z [default: the scene's, or 128]
+    #[arg(short = 'n', long, value_name = "N", value_parser = cells, allow_hyphen_values = true)]
+    pub cells: Option<[u32; 3]>,
+
+    /// A parameter of every source; may be repeated
+    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parameter)]
+    pub parameters: Vec<(String, f64)>,
+
+    /// How triangles are split, as of `extract` [default: the scene's words]
+    #[arg(long, value_name = "flatness=0.95,epsilon=1e-4,depth=5,step=L", value_parser = refine)]
+    pub refine: Option<RefineArg>,
+
+    /// Write one JSON array instead of tables; - for standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
 pub struct BenchArgs {
     /// Cells along each axis, one size after the other
     #[arg(
@@ -376,65 +465,6 @@ impl From<ShadeArg> for Shade {
             ShadeArg::Debug => Self::Debug,
         }
     }
-}
-
-/// Three numbers.
-#[derive(Debug, Clone, Copy)]
-pub struct Triple(pub [f32; 3]);
-
-/// Width and height.
-#[derive(Debug, Clone, Copy)]
-pub struct Size(pub [u32; 2]);
-
-fn list<T: FromStr, const N: usize>(text: &str, separator: char) -> Option<[T; N]> {
-    let parts: Vec<T> = text.split(separator).map(|p| p.trim().parse().ok()).collect::<Option<_>>()?;
-    parts.try_into().ok()
-}
-
-fn cells(text: &str) -> Result<[u32; 3], String> {
-    let one: Option<[u32; 1]> = list(text, ',');
-    let cells = one.map(|[n]| [n; 3]).or_else(|| list(text, ','));
-    cells.ok_or_else(|| format!("give one whole number from 1 to {MAX_CELLS}, or three with commas"))
-}
-
-fn dims(text: &str) -> Result<[u32; 3], String> {
-    list(text, ',').ok_or_else(|| "give three whole numbers with commas".into())
-}
-
-fn triple(text: &str) -> Result<Triple, String> {
-    list(text, ',').map(Triple).ok_or_else(|| "give three numbers with commas".into())
-}
-
-fn bounds(text: &str) -> Result<[Vec3; 2], String> {
-    let [a, b, c, d, e, f] =
-        list(text, ',').ok_or("give six numbers with commas: low corner, high corner")?;
-    Ok([Vec3::new(a, b, c), Vec3::new(d, e, f)])
-}
-
-fn size(text: &str) -> Result<Size, String> {
-    list(text, 'x').map(Size).ok_or_else(|| "give two whole numbers, as in 1024x768".into())
-}
-
-fn parameter(text: &str) -> Result<(String, f64), String> {
-    let (name, value) = text.split_once('=').ok_or("give NAME=VALUE")?;
-    let value = value.trim().parse().map_err(|_| format!("`{value}` is not a number"))?;
-    Ok((name.trim().into(), value))
-}
-
-fn byte_count(text: &str) -> Result<u64, String> {
-    let lower = text.trim().to_ascii_lowercase();
-    let digits = lower.find(|c: char| !c.is_ascii_digit()).unwrap_or(lower.len());
-    let shift = match lower[digits..].trim() {
-        "" | "b" => 0,
-        "k" | "kb" | "kib" => 10,
-        "m" | "mb" | "mib" => 20,
-        "g" | "gb" | "gib" => 30,
-        "t" | "tb" | "tib" => 40,
-        _ => return Err("give a whole number of bytes, or one with K, M, G or T (powers of 1024)".into()),
-    };
-    let number: u64 =
-        lower[..digits].parse().map_err(|_| "give a whole number of bytes, or one with K, M, G, T")?;
-    number.checked_shl(shift).filter(|n| n >> shift == number).ok_or_else(|| "that is too large".into())
 }
 
 #[cfg(test)]

@@ -46,11 +46,12 @@ pub(super) fn load_components(
         OpenError::Radius { .. } => Failure::usage(format!("--radius: {error}")),
         _ => Failure::run(error),
     })?;
+    let centres = loaded.components.iter().map(|c| c.position.into()).collect();
     let blobs = Blobs::of_points(kernel, loaded.components, iso, support)
         .map_err(|error| Failure::run(format!("{}: {error}", path.display())))?;
     let grid = grid(args, blobs.support())?;
     let field = GraphField::new(&blobs.expr(), Sense::Above);
-    Ok((Loaded::Field { field: Box::new(field), grid, iso: ISO }, loaded.notes))
+    Ok((Loaded::Field { field: Box::new(field), grid, iso: ISO, centres }, loaded.notes))
 }
 
 /// How many of its radii a point reaches.

@@ -1,14 +1,15 @@
 //! `isoforge extract`.
 
-use super::args::{Backend, ExtractArgs};
+use super::args::{Backend, ExtractArgs, MethodArg};
 use super::progress::Progress;
 use super::source::{Loaded, Opened};
 use super::stats::{Seconds, Stats};
 use super::watchdog::{EXTRACTING, Watchdog};
-use super::{Failure, backend, picture, source};
+use super::{Failure, backend, method, picture, source};
 use crate::extract::{ExtractError, Extractor, Options, Report, Source, extract_on_cpu};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::mesh::{Mesh, write};
+use serde_json::Value;
 use std::path::Path;
 use std::time::Instant;
 
@@ -16,7 +17,7 @@ use std::time::Instant;
 const LONGEST_NAME: usize = 200;
 
 /// Where the mesh is after the extraction.
-enum Made {
+pub enum Made {
     Gpu(Box<(Gpu, GpuMesh)>),
     Cpu(Mesh),
 }
@@ -25,6 +26,7 @@ enum Made {
 pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let start = Instant::now();
     check_targets(args)?;
+    method::check(args)?;
     let memory_budget = backend::memory_budget(args.run.memory_budget);
     picture::check_memory(args, args.run.backend == Backend::Gpu, memory_budget)?;
     let progress = Progress::new(args.quiet);
@@ -35,7 +37,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     };
 
     progress.phase("reading");
-    let Opened { loaded, notes, camera } = source::load(&args.source, &args.raw, memory_budget)?;
+    let Opened { loaded, notes, camera, refine } = source::load(&args.source, &args.raw, memory_budget)?;
     let read = start.elapsed().as_secs_f64();
     notes.iter().for_each(|note| remark(note));
     let options = loaded.options(&args.source, memory_budget)?;
@@ -44,7 +46,10 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         remark(&text);
     }
 
-    let (gpu, note) = backend::choose(&args.run, &source)?;
+    let (gpu, note) = match args.method.cpu_alone() {
+        Some(flag) if args.run.backend == Backend::Auto => (None, Some(format!("{flag} is done by the CPU"))),
+        _ => backend::choose(&args.run, &source)?,
+    };
     if let Some(note) = note {
         remark(&note);
     }
@@ -52,7 +57,19 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     if gpu.is_some() {
         picture::check_memory(args, true, memory_budget)?;
     }
-    let (made, report) = extract(args, gpu, &source, &options, &progress, &remark)?;
+    let job = Job { args, loaded: &loaded, options: &options, progress: &progress, remark: &remark };
+    let Done { made, report, told } = job.extract(gpu)?;
+    let refining = Instant::now();
+    let (made, refined) = match &args.method.refine {
+        Some(wanted) => {
+            progress.phase("refining");
+            let settings = method::refine_settings(wanted, &refine, source.grid());
+            let (made, told) = job.refine(made, &settings)?;
+            (made, Some(told))
+        }
+        None => (made, None),
+    };
+    let refining = refined.is_some().then(|| refining.elapsed().as_secs_f64());
     if report.non_finite > 0 {
         remark(&format!("{} samples are NaN or infinite and count as outside", report.non_finite));
     }
@@ -60,7 +77,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         remark(&empty_message(&loaded, &options, &made));
     }
 
-    let is_volume = matches!(loaded, Loaded::Volume(_));
+    let is_volume = matches!(loaded, Loaded::Volume { .. });
     drop(loaded);
     if let Some(path) = &args.png {
         progress.phase("drawing");
@@ -70,6 +87,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         }
     }
     let mut seconds = Seconds::of(&report);
+    seconds.refine = refining;
     if is_volume {
         seconds.read = Some(read);
     }
@@ -107,6 +125,8 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
             backend,
             adapter: adapter.as_deref(),
             peak_bytes: report.peak_bytes,
+            method: told,
+            refined,
             seconds,
         };
         super::write_text(&serde_json::to_string(&stats).map_err(Failure::run)?, path)?;
@@ -147,39 +167,67 @@ fn check_targets(args: &ExtractArgs) -> Result<(), Failure> {
     args.stats.as_deref().map_or(Ok(()), super::check_text_target)
 }
 
-fn extract(
-    args: &ExtractArgs,
-    gpu: Option<Gpu>,
-    source: &Source<'_>,
-    options: &Options,
-    progress: &Progress,
-    remark: &dyn Fn(&str),
-) -> Result<(Made, Report), Failure> {
-    if let Some(gpu) = gpu {
-        let watchdog = Watchdog::new(args.run.time_limit, EXTRACTING);
-        let extraction = Extractor::new(gpu.clone()).and_then(|extractor| {
-            watchdog.alive();
-            extractor.extract_with(source, options, is_read_back(args), &|part| {
-                watchdog.alive();
-                progress.set(part);
-            })
-        });
-        drop(watchdog);
-        match extraction {
-            Ok(extraction) => return Ok((Made::Gpu(Box::new((gpu, extraction.mesh))), extraction.report)),
-            // Chosen by us, not by the user: take the path that can.
-            Err(error)
-                if args.run.backend == Backend::Auto
-                    && is_limit_of_gpu(&error)
-                    && !backend::gpu_alone(source) =>
-            {
-                remark(&format!("on the GPU {error}; the CPU does it"));
+/// What an extraction works with.
+pub struct Job<'a> {
+    pub args: &'a ExtractArgs,
+    pub loaded: &'a Loaded,
+    pub options: &'a Options,
+    pub progress: &'a Progress,
+    pub remark: &'a dyn Fn(&str),
+}
+
+/// A mesh, in numbers that every method has, and what its method tells beside, for `--stats`.
+pub struct Done {
+    pub made: Made,
+    pub report: Report,
+    pub told: Value,
+}
+
+impl Job<'_> {
+    fn extract(&self, gpu: Option<Gpu>) -> Result<Done, Failure> {
+        let args = self.args;
+        if let Some(gpu) = gpu {
+            let made = if args.method.track { self.track_on_gpu(&gpu) } else { self.sweep_on_gpu(&gpu) };
+            match made {
+                Ok(done) => return Ok(done),
+                // Chosen by us, not by the user: take the path that can.
+                Err(error)
+                    if args.run.backend == Backend::Auto
+                        && is_limit_of_gpu(&error)
+                        && !backend::gpu_alone(&self.loaded.source()) =>
+                {
+                    (self.remark)(&format!("on the GPU {error}; the CPU does it"));
+                }
+                Err(error) => return Err(Failure::run(backend::with_hint(&error, &self.loaded.source()))),
             }
-            Err(error) => return Err(Failure::run(backend::with_hint(&error, source))),
+        }
+        match args.method.method {
+            _ if args.method.track => self.track_on_cpu(),
+            _ if args.method.sharp => self.sharp(),
+            MethodArg::Dmc => self.dual_marching_cubes(),
+            MethodArg::Octree => self.octree(),
+            MethodArg::Mc => {
+                let (mesh, report) =
+                    extract_on_cpu(&self.loaded.source(), self.options, &|part| self.progress.set(part))
+                        .map_err(Failure::run)?;
+                Ok(Done { made: Made::Cpu(mesh), report, told: Value::Null })
+            }
         }
     }
-    let (mesh, report) = extract_on_cpu(source, options, &|part| progress.set(part)).map_err(Failure::run)?;
-    Ok((Made::Cpu(mesh), report))
+
+    fn sweep_on_gpu(&self, gpu: &Gpu) -> Result<Done, ExtractError> {
+        let watchdog = Watchdog::new(self.args.run.time_limit, EXTRACTING);
+        let extractor = Extractor::new(gpu.clone())?;
+        watchdog.alive();
+        let extraction =
+            extractor.extract_with(&self.loaded.source(), self.options, is_read_back(self.args), &|part| {
+                watchdog.alive();
+                self.progress.set(part);
+            })?;
+        drop(watchdog);
+        let made = Made::Gpu(Box::new((gpu.clone(), extraction.mesh)));
+        Ok(Done { made, report: extraction.report, told: Value::Null })
+    }
 }
 
 /// Whether the CPU can do what the GPU could not for its limits.

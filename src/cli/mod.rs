@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done, 1 the run failed, 2 the command line is wrong.
 
+mod accuracy;
 mod args;
 mod backend;
 mod bench;
@@ -11,10 +12,12 @@ mod compare;
 mod extract;
 mod gallery;
 mod lists;
+mod method;
 mod picture;
 mod progress;
 mod source;
 mod stats;
+mod values;
 mod watchdog;
 
 use args::{Cli, Command};
@@ -61,6 +64,7 @@ pub fn run() -> i32 {
         Command::Nodes => lists::nodes(),
         Command::Gallery(args) => gallery::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Accuracy(args) => accuracy::run(args),
         Command::Bench(args) => bench::run(args),
     };
     match result {

@@ -9,13 +9,15 @@ use crate::field::named::{self, Named};
 use crate::field::user::UserField;
 use crate::field::{self, Field, Sense};
 use crate::graph::formula::{self, Fault, FormulaError};
+use crate::graph::volume::{Gradient, Interpolation, Lookup, VolumeLeaf, VolumeLeafError};
 use crate::graph::{Expr, GraphField, ParameterError};
 use crate::grid::{Grid, GridError};
-use crate::scene::{self, Camera, Scene};
+use crate::scene::{self, Camera, Refine, Scene};
 use crate::volume::{self, OpenOptions, RawLayout, Volume};
 use glam::Vec3;
 use std::io::ErrorKind;
 use std::path::Path;
+use std::sync::{Arc, OnceLock};
 
 /// Cells an axis unless the user says.
 pub(super) const CELLS: u32 = 128;
@@ -24,8 +26,18 @@ const HALF_EDGE: f32 = 1.5;
 
 /// A source, owned.
 pub enum Loaded {
-    Field { field: Box<dyn Field>, grid: Grid, iso: f32 },
-    Volume(Box<Volume>),
+    Field {
+        field: Box<dyn Field>,
+        grid: Grid,
+        iso: f32,
+        /// Where components of it are known to be.
+        centres: Vec<Vec3>,
+    },
+    Volume {
+        volume: Arc<Volume>,
+        /// Made when it is first asked for.
+        interpolant: OnceLock<GraphField>,
+    },
 }
 
 impl Loaded {
@@ -33,7 +45,23 @@ impl Loaded {
     pub fn source(&self) -> Source<'_> {
         match self {
             Loaded::Field { field, grid, .. } => Source::Field(field.as_ref(), *grid),
-            Loaded::Volume(volume) => Source::Volume(volume),
+            Loaded::Volume { volume, .. } => Source::Volume(volume),
+        }
+    }
+
+    /// The source as a field: of a volume, the trilinear interpolant of its samples, with central differences for
+    /// gradients.
+    pub fn field(&self) -> Result<&dyn Field, VolumeLeafError> {
+        match self {
+            Loaded::Field { field, .. } => Ok(field.as_ref()),
+            Loaded::Volume { volume, interpolant } => {
+                if interpolant.get().is_none() {
+                    let gradient = Gradient::Central(Interpolation::Trilinear);
+                    let leaf = VolumeLeaf::new(volume.clone(), Lookup { gradient, ..Lookup::default() })?;
+                    let _ = interpolant.set(GraphField::new(&leaf.expr(), Sense::Above));
+                }
+                Ok(interpolant.wait())
+            }
         }
     }
 
@@ -45,7 +73,7 @@ impl Loaded {
             }
             (Some(iso), _) => iso,
             (None, Loaded::Field { iso, .. }) => *iso,
-            (None, Loaded::Volume(volume)) => {
+            (None, Loaded::Volume { volume, .. }) => {
                 let range = volume.finite_range().map_or("it has no finite value".into(), |(low, high)| {
                     format!("its values run from {low} to {high}")
                 });
@@ -83,6 +111,8 @@ pub struct Opened {
     pub notes: Vec<String>,
     /// From where a scene wants to be seen.
     pub camera: Camera,
+    /// How a scene wants to be refined.
+    pub refine: Refine,
 }
 
 /// Loads what `args` name.
@@ -92,7 +122,7 @@ pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<Open
         return load_scene(args, path, memory_budget);
     }
     let (loaded, notes) = load_plain(args, raw, path, memory_budget)?;
-    Ok(Opened { loaded, notes, camera: Camera::default() })
+    Ok(Opened { loaded, notes, camera: Camera::default(), refine: Refine::default() })
 }
 
 /// Everything but scenes; the second value is remarks for the user.
@@ -158,7 +188,7 @@ fn load_formula(args: &SourceArgs, expr: &Expr) -> Result<(Loaded, Vec<String>),
         return Err(Failure::usage(format!("--param {name}: the formula has {used}; leave `{name}` out")));
     }
     let grid = grid(args, HALF_EDGE, None, args.cells)?;
-    Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0 }, Vec::new()))
+    Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0, centres: Vec::new() }, Vec::new()))
 }
 
 fn load_named(args: &SourceArgs) -> Result<(Loaded, Vec<String>), Failure> {
@@ -174,7 +204,7 @@ fn load_named(args: &SourceArgs) -> Result<(Loaded, Vec<String>), Failure> {
     }
     let definition = field.definition();
     let grid = grid(args, definition.half_edge, None, args.cells)?;
-    Ok((Loaded::Field { field: Box::new(field), grid, iso: definition.iso }, Vec::new()))
+    Ok((Loaded::Field { field: Box::new(field), grid, iso: definition.iso, centres: Vec::new() }, Vec::new()))
 }
 
 fn load_scene(args: &SourceArgs, path: &Path, memory_budget: u64) -> Result<Opened, Failure> {
@@ -214,8 +244,8 @@ fn load_scene(args: &SourceArgs, path: &Path, memory_budget: u64) -> Result<Open
         }
     }
     let grid = grid(args, HALF_EDGE, bounds, cells)?;
-    let loaded = Loaded::Field { field: Box::new(field), grid, iso };
-    Ok(Opened { loaded, notes, camera: scene.camera })
+    let loaded = Loaded::Field { field: Box::new(field), grid, iso, centres: Vec::new() };
+    Ok(Opened { loaded, notes, camera: scene.camera, refine: scene.refine })
 }
 
 /// Cells of about the same length along each axis, `most` along the longest.
@@ -249,7 +279,7 @@ fn load_wgsl(args: &SourceArgs, path: &Path) -> Result<(Loaded, Vec<String>), Fa
         )),
         (None, None) => None,
     };
-    Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0 }, note.into_iter().collect()))
+    Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0, centres: Vec::new() }, note.into_iter().collect()))
 }
 
 /// A remark where neighbouring points of the grid are hardly different numbers.
@@ -324,5 +354,6 @@ fn load_volume(
         volume::OpenError::NoLayout { .. } => Failure::usage(format!("{error}: --dims X,Y,Z --type TYPE")),
         _ => Failure::run(error),
     })?;
-    Ok((Loaded::Volume(Box::new(opened.volume)), opened.notes))
+    let loaded = Loaded::Volume { volume: Arc::new(opened.volume), interpolant: OnceLock::new() };
+    Ok((loaded, opened.notes))
 }

@@ -2,6 +2,7 @@
 
 use crate::extract::Report;
 use serde::Serialize;
+use serde_json::Value;
 
 /// One JSON object; seconds are null where a part was not done or not measured.
 #[derive(Debug, Serialize)]
@@ -21,6 +22,10 @@ pub struct Stats<'a> {
     /// The adapter's name; null on the CPU.
     pub adapter: Option<&'a str>,
     pub peak_bytes: u64,
+    /// What --track, --sharp or --method tells beside; null of a sweep.
+    pub method: Value,
+    /// What --refine tells.
+    pub refined: Option<Value>,
     pub seconds: Seconds,
 }
 
@@ -34,6 +39,7 @@ pub struct Seconds {
     pub scan: Option<f64>,
     pub emit: Option<f64>,
     pub normals: Option<f64>,
+    pub refine: Option<f64>,
     pub readback: Option<f64>,
     pub write: Option<f64>,
     pub total: f64,
@@ -43,6 +49,6 @@ impl Seconds {
     /// The parts that the extraction measured.
     pub fn of(report: &Report) -> Self {
         let [read, upload, cull, sample, classify, scan, emit, normals, readback] = report.seconds;
-        Self { read, upload, cull, sample, classify, scan, emit, normals, readback, write: None, total: 0.0 }
+        Self { read, upload, cull, sample, classify, scan, emit, normals, readback, refine: None, write: None, total: 0.0 }
     }
 }
