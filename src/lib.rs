@@ -57,6 +57,7 @@ pub mod grid;
 pub mod mesh;
 pub mod render;
 pub mod scene;
+pub mod sharp;
 pub mod stage;
 pub mod table;
 pub mod track;

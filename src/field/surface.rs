@@ -37,6 +37,16 @@ impl<'a> Surface<'a> {
         self.field
     }
 
+    /// The value of the field on the surface.
+    pub fn iso(&self) -> f32 {
+        self.iso
+    }
+
+    /// Which side of it is inside.
+    pub fn sense(&self) -> Sense {
+        if self.sign > 0.0 { Sense::Below } else { Sense::Above }
+    }
+
     /// The same surface of a field that is equal where it is asked from now on ([`Field::within`]).
     #[must_use]
     pub fn of<'b>(&self, field: &'b dyn Field) -> Surface<'b> {
