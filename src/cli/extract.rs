@@ -9,6 +9,7 @@ use super::{Failure, backend, method, picture, source};
 use crate::extract::{ExtractError, Extractor, Options, Report, Source, extract_on_cpu};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::mesh::{Mesh, write};
+use crate::track::TrackError;
 use serde_json::Value;
 use std::path::Path;
 use std::time::Instant;
@@ -187,7 +188,8 @@ impl Job<'_> {
     fn extract(&self, gpu: Option<Gpu>) -> Result<Done, Failure> {
         let args = self.args;
         if let Some(gpu) = gpu {
-            let made = if args.method.track { self.track_on_gpu(&gpu) } else { self.sweep_on_gpu(&gpu) };
+            let track = args.method.track;
+            let made = if track { self.track_on_gpu(&gpu) } else { self.sweep_on_gpu(&gpu).map_err(TrackError::from) };
             match made {
                 Ok(done) => return Ok(done),
                 // Chosen by us, not by the user: take the path that can.
@@ -198,7 +200,10 @@ impl Job<'_> {
                 {
                     (self.remark)(&format!("on the GPU {error}; the CPU does it"));
                 }
-                Err(error) => return Err(Failure::run(backend::with_hint(&error, &self.loaded.source()))),
+                Err(TrackError::Extract(error)) => {
+                    return Err(Failure::run(backend::with_hint(&error, &self.loaded.source())));
+                }
+                Err(error) => return Err(Failure::run(error)),
             }
         }
         match args.method.method {
@@ -231,14 +236,18 @@ impl Job<'_> {
 }
 
 /// Whether the CPU can do what the GPU could not for its limits.
-fn is_limit_of_gpu(error: &ExtractError) -> bool {
+fn is_limit_of_gpu(error: &TrackError) -> bool {
     matches!(
         error,
-        ExtractError::Budget { .. }
-            | ExtractError::Binding { .. }
-            | ExtractError::FieldData { .. }
-            | ExtractError::MeshBuffer { .. }
-            | ExtractError::Gpu(GpuError::OutOfMemory { .. })
+        TrackError::Slabs { .. }
+            | TrackError::Labels { .. }
+            | TrackError::Extract(
+                ExtractError::Budget { .. }
+                    | ExtractError::Binding { .. }
+                    | ExtractError::FieldData { .. }
+                    | ExtractError::MeshBuffer { .. }
+                    | ExtractError::Gpu(GpuError::OutOfMemory { .. })
+            )
     )
 }
 
@@ -326,8 +335,9 @@ mod tests {
 
     #[test]
     fn what_the_cpu_takes_over() {
-        assert!(is_limit_of_gpu(&ExtractError::Budget { what: "", needed: 2, budget: 1 }));
-        assert!(!is_limit_of_gpu(&ExtractError::Runaway { limit: 1 }));
-        assert!(!is_limit_of_gpu(&ExtractError::TooLarge { vertices: 1, triangles: 1 }));
+        let is_limit = |error: ExtractError| is_limit_of_gpu(&error.into());
+        assert!(is_limit(ExtractError::Budget { what: "", needed: 2, budget: 1 }));
+        assert!(!is_limit(ExtractError::Runaway { limit: 1 }));
+        assert!(!is_limit(ExtractError::TooLarge { vertices: 1, triangles: 1 }));
     }
 }

@@ -1,19 +1,18 @@
 //! The methods beside the sweep by marching cubes: which flags go together, and how they are called.
 
 use super::Failure;
+use super::extract::{Done, Job, Made};
 use super::args::{Backend, ExtractArgs, MethodArg, MethodArgs, NormalsArg};
-use super::progress::Progress;
 use super::source::Loaded;
 use super::watchdog::{EXTRACTING, Watchdog};
-use crate::extract::{Extractor, Options, Report, Source};
+use crate::extract::{Extractor, Options, Report};
 use crate::field::Surface;
-use crate::gpu::{Gpu, GpuMesh};
+use crate::gpu::Gpu;
 use crate::grid::Grid;
-use crate::mesh::Mesh;
 use crate::octree;
 use crate::sharp;
 use crate::stage::params::Params;
-use crate::track::{self, Seeds, TrackReport};
+use crate::track::{self, Seeds, TrackError, TrackReport};
 use serde_json::{Value, json};
 
 /// The most seeds without surface that are told one by one.
@@ -57,16 +56,6 @@ pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What a method made, in numbers that the extraction has too, and what it has to tell beside.
-pub struct Done {
-    pub mesh: Mesh,
-    pub report: Report,
-    /// Remarks for the user.
-    pub notes: Vec<String>,
-    /// For `--stats`.
-    pub stats: Value,
-}
-
 /// The surface and the grid of what was loaded, as the methods beside marching cubes take them.
 pub fn surface<'a>(loaded: &'a Loaded, options: &Options) -> Result<(Surface<'a>, Grid), Failure> {
     let source = loaded.source();
@@ -89,13 +78,52 @@ fn seeds(args: &MethodArgs, loaded: &Loaded) -> Seeds {
     seeds
 }
 
-/// Follows the surface on the CPU.
-pub fn track_on_cpu(args: &ExtractArgs, loaded: &Loaded, options: &Options, progress: &Progress) -> Result<Done, Failure> {
-    let seeds = seeds(&args.method, loaded);
-    let (mesh, report, told) =
-        track::track(&loaded.source(), options, &seeds, &|part| progress.set(part)).map_err(Failure::run)?;
-    let (notes, stats) = (track_notes(&told), track_stats(&told));
-    Ok(Done { mesh, report, notes, stats })
+impl Job<'_> {
+    /// Follows the surface on the GPU.
+    pub fn track_on_gpu(&self, gpu: &Gpu) -> Result<Done, TrackError> {
+        let watchdog = Watchdog::new(self.args.run.time_limit, EXTRACTING);
+        let extractor = Extractor::new(gpu.clone())?;
+        watchdog.alive();
+        let seeds = seeds(&self.args.method, self.loaded);
+        let (extraction, told) = extractor.track(&self.loaded.source(), self.options, &seeds, &|part| {
+            watchdog.alive();
+            self.progress.set(part);
+        })?;
+        drop(watchdog);
+        track_notes(&told).iter().for_each(|note| (self.remark)(note));
+        let made = Made::Gpu(Box::new((gpu.clone(), extraction.mesh)));
+        Ok(Done { made, report: extraction.report, told: track_stats(&told) })
+    }
+
+    /// Follows the surface on the CPU.
+    pub fn track_on_cpu(&self) -> Result<Done, Failure> {
+        let seeds = seeds(&self.args.method, self.loaded);
+        let tell = |part| self.progress.set(part);
+        let (mesh, report, told) =
+            track::track(&self.loaded.source(), self.options, &seeds, &tell).map_err(Failure::run)?;
+        track_notes(&told).iter().for_each(|note| (self.remark)(note));
+        Ok(Done { made: Made::Cpu(mesh), report, told: track_stats(&told) })
+    }
+
+    /// Dual contouring of the uniform grid.
+    pub fn sharp(&self) -> Result<Done, Failure> {
+        let (surface, grid) = surface(self.loaded, self.options)?;
+        let tell = |part| self.progress.set(part);
+        let (mesh, told) = sharp::extract(&surface, &grid, &tell).map_err(Failure::run)?;
+        (self.remark)(&format!("{} cells with an edge, {} with a corner", told.edges, told.corners));
+        if told.flipped > 0 {
+            (self.remark)(&format!("{} triangles look against the surface's normal: a finer grid helps", told.flipped));
+        }
+        let told_json = serde_json::to_value(&told).map_err(Failure::run)?;
+        let report = Report {
+            vertices: told.vertices,
+            triangles: told.triangles,
+            non_finite: told.non_finite,
+            bricks: grid.brick_count(),
+            ..Report::default()
+        };
+        Ok(Done { made: Made::Cpu(mesh), report, told: told_json })
+    }
 }
 
 fn track_notes(told: &TrackReport) -> Vec<String> {
@@ -126,15 +154,55 @@ fn track_stats(told: &TrackReport) -> Value {
     json!({"seeds_missed": told.missed.len(), "rounds": told.rounds, "components": told.components, "dropped": told.dropped, "search": search})
 }
 
-/// Dual contouring of the uniform grid.
-pub fn sharp(loaded: &Loaded, options: &Options, progress: &Progress) -> Result<Done, Failure> {
-    let (surface, grid) = surface(loaded, options)?;
-    let (mesh, told) = sharp::extract(&surface, &grid, &|part| progress.set(part)).map_err(Failure::run)?;
-    let report = Report { vertices: told.vertices, triangles: told.triangles, non_finite: told.non_finite, ..Report::default() };
-    let mut notes = vec![format!("{} cells with an edge, {} with a corner", told.edges, told.corners)];
-    if told.fallbacks + told.flipped > 0 {
-        notes.push(format!("{} vertices lie at the mean of their crossings; {} triangles look against the surface's normal", told.fallbacks, told.flipped));
+
+/// The settings of the refiner: the user's words first, then the scene's.
+pub fn refine_settings(args: &RefineArg, scene: &scene::Refine, grid: &Grid) -> refine::Settings {
+    let (given, plain) = (args.0, refine::Settings::default().on(grid));
+    refine::Settings {
+        flatness: given.flatness.or(scene.flatness).unwrap_or(plain.flatness),
+        epsilon: given.epsilon.or(scene.epsilon).unwrap_or(plain.epsilon),
+        depth: given.depth.or(scene.depth).unwrap_or(plain.depth),
+        step: given.step.or(scene.step).or(plain.step),
+        ..plain
     }
-    let stats = serde_json::to_value(&told).map_err(Failure::run)?;
-    Ok(Done { mesh, report, notes, stats })
+}
+
+impl Job<'_> {
+    /// Refines a mesh where it lies.
+    pub fn refine(&self, made: Made, settings: &refine::Settings) -> Result<(Made, Value), Failure> {
+        let (surface, _) = surface(self.loaded, self.options)?;
+        let Made::Cpu(mesh) = made else { todo!() };
+        let tell = |part| self.progress.set(part);
+        let (mesh, told) = refine::refine(&surface, &mesh, settings, &tell).map_err(Failure::usage)?;
+        self.remark_on_refining(&told);
+        Ok((Made::Cpu(mesh), refine_stats(&told)))
+    }
+
+    fn remark_on_refining(&self, told: &RefineReport) {
+        if told.not_converged > 0 {
+            (self.remark)(&format!(
+                "{} vertices stayed where they were: no surface was found near them",
+                told.not_converged
+            ));
+        }
+        if told.taken_back > 0 {
+            (self.remark)(&format!(
+                "{} vertices were taken back, so that no triangle turns over",
+                told.taken_back
+            ));
+        }
+    }
+}
+
+fn refine_stats(told: &RefineReport) -> Value {
+    let level = |l: &refine::Level| {
+        json!({"vertices": l.vertices, "triangles": l.triangles, "bent": l.bent, "for_shape": l.for_shape})
+    };
+    json!({
+        "levels": told.levels.iter().map(level).collect::<Vec<_>>(),
+        "projected": told.projected,
+        "not_converged": told.not_converged,
+        "taken_back": told.taken_back,
+        "singular": told.singular,
+    })
 }

@@ -41,7 +41,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const TASK: usize = 16;
 
 /// What an extraction did.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize)]
 pub struct SharpReport {
     /// Cells that the surface crosses.
     pub cells: u64,
