@@ -11,11 +11,15 @@ mod extent;
 pub mod functions;
 pub mod named;
 pub mod noise;
+mod project;
 mod surface;
+pub(crate) mod unit;
 pub mod user;
 
 pub use closure::Closure;
 pub use extent::extent;
+pub use project::{Projection, project};
+pub(crate) use project::{Search, search};
 pub use surface::Surface;
 
 use crate::graph::interval::{ALL, Interval};

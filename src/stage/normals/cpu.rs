@@ -1,12 +1,12 @@
 //! CPU twin of `shaders/normals.wgsl` and `shaders/shared/unit.wgsl`.
 
+use crate::field::unit::largest;
+pub use crate::field::unit::{LEAST_GRADIENT, unit};
 use crate::mesh::Vertex;
 use crate::stage::params::Params;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// 2⁻¹¹⁰: a gradient below it has no direction that every driver agrees on.
-pub const LEAST_GRADIENT: f32 = f32::from_bits(17 << 23);
 /// What the words of a mark are, but for the code of its edge and the sum of neighbours: as floats they lie
 /// far above 1, so that no normal is taken for one.
 const MARK: u32 = 0x6000_0000;
@@ -17,18 +17,6 @@ const PARTS: f32 = 262_144.0;
 const LEAST_SUM: f32 = 32.0;
 /// Triangles whose sums are gathered at once.
 const BLOCK: usize = 1 << 16;
-
-fn largest(v: Vec3) -> f32 {
-    v.x.abs().max(v.y.abs().max(v.z.abs()))
-}
-
-/// A vector that has a direction, at unit length. Scaling first keeps the squares from overflowing and
-/// underflowing.
-pub fn unit(v: Vec3) -> Vec3 {
-    let scaled = v / largest(v);
-    // Plus 0: −0 becomes +0.
-    scaled / ((scaled.x * scaled.x + scaled.y * scaled.y) + scaled.z * scaled.z).sqrt() + Vec3::ZERO
-}
 
 /// The mark of a vertex on an edge along `axis`, which leaves the solid forwards or backwards.
 pub fn mark(axis: usize, backwards: bool) -> [f32; 3] {
