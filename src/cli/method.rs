@@ -4,15 +4,19 @@ use super::Failure;
 use super::extract::{Done, Job, Made};
 use super::args::{Backend, ExtractArgs, MethodArg, MethodArgs, NormalsArg};
 use super::source::Loaded;
+use super::values::RefineArg;
 use super::watchdog::{EXTRACTING, Watchdog};
-use crate::extract::{Extractor, Options, Report};
+use crate::extract::{Options, Report};
 use crate::field::Surface;
 use crate::gpu::Gpu;
 use crate::grid::Grid;
-use crate::octree;
+use crate::mesh::Mesh;
+use crate::octree::{self, OctreeError, OctreeReport};
+use crate::refine::{self, RefineReport};
+use crate::scene;
 use crate::sharp;
 use crate::stage::params::Params;
-use crate::track::{self, Seeds, TrackError, TrackReport};
+use crate::track::{self, Seeds, TrackReport};
 use serde_json::{Value, json};
 
 /// The most seeds without surface that are told one by one.
@@ -80,6 +84,7 @@ fn seeds(args: &MethodArgs, loaded: &Loaded) -> Seeds {
 
 impl Job<'_> {
     /// Follows the surface on the GPU.
+    #[cfg(any())]
     pub fn track_on_gpu(&self, gpu: &Gpu) -> Result<Done, TrackError> {
         let watchdog = Watchdog::new(self.args.run.time_limit, EXTRACTING);
         let extractor = Extractor::new(gpu.clone())?;
@@ -155,6 +160,70 @@ fn track_stats(told: &TrackReport) -> Value {
 }
 
 
+impl Job<'_> {
+    /// Dual contouring of an octree.
+    pub fn dual_marching_cubes(&self) -> Result<Done, Failure> {
+        let (surface, grid) = surface(self.loaded, self.options)?;
+        let plain = octree::Settings::new(&grid);
+        let args = &self.args.method;
+        let settings = octree::Settings {
+            error: args.error.unwrap_or(plain.error),
+            budget: args.most_cells.unwrap_or(plain.budget),
+            ..plain
+        };
+        let tell = |part| self.progress.set(part);
+        let (mesh, told) = octree::extract(&surface, &grid, &settings, &tell).map_err(octree_failure)?;
+        self.remark_on_octree(&told, settings.error);
+        Ok(octree_done(mesh, &told, &grid))
+    }
+
+    fn remark_on_octree(&self, told: &OctreeReport, error: f32) {
+        if told.unsplit > 0 {
+            (self.remark)(&format!(
+                "the octree's budget of cells ran out: {} cells of up to {} grid cells along an edge are left unsplit: \
+                 raise it (--most-cells)",
+                told.unsplit, told.unsplit_size
+            ));
+        }
+        if told.over > 0 {
+            (self.remark)(&format!(
+                "{} triangles lie farther than {error} from the surface, the farthest {:.3e}, where cells have the \
+                 grid's size: a finer grid (-n) allows less",
+                told.over, told.largest_error
+            ));
+        }
+        if told.thin > 0 {
+            (self.remark)(&format!(
+                "in {} of the smallest cells the surface may be thinner than a cell, and is not seen there",
+                told.thin
+            ));
+        }
+    }
+}
+
+fn octree_failure(error: OctreeError) -> Failure {
+    match error {
+        OctreeError::Error(_) => Failure::usage(format!("--error: {error}")),
+        OctreeError::Budget => Failure::usage(format!("--most-cells: {error}")),
+        _ => Failure::run(error),
+    }
+}
+
+fn octree_done(mesh: Mesh, told: &OctreeReport, grid: &Grid) -> Done {
+    let report = Report {
+        vertices: mesh.vertices.len() as u64,
+        triangles: mesh.triangles.len() as u64,
+        bricks: grid.brick_count(),
+        ..Report::default()
+    };
+    let told = json!({
+        "nodes": told.nodes, "leaves": told.leaves, "rounds": told.rounds, "largest_error": told.largest_error,
+        "over": told.over, "stopped": told.stopped, "unsplit": told.unsplit, "unsplit_size": told.unsplit_size,
+        "thin": told.thin, "flattened": told.flattened, "flipped": told.flipped,
+    });
+    Done { made: Made::Cpu(mesh), report, told }
+}
+
 /// The settings of the refiner: the user's words first, then the scene's.
 pub fn refine_settings(args: &RefineArg, scene: &scene::Refine, grid: &Grid) -> refine::Settings {
     let (given, plain) = (args.0, refine::Settings::default().on(grid));
@@ -162,7 +231,6 @@ pub fn refine_settings(args: &RefineArg, scene: &scene::Refine, grid: &Grid) -> 
         flatness: given.flatness.or(scene.flatness).unwrap_or(plain.flatness),
         epsilon: given.epsilon.or(scene.epsilon).unwrap_or(plain.epsilon),
         depth: given.depth.or(scene.depth).unwrap_or(plain.depth),
-        step: given.step.or(scene.step).or(plain.step),
         ..plain
     }
 }
