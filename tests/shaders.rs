@@ -71,6 +71,9 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
     let mut sources = vec![
         ("scan".to_string(), shaders::scan()),
         ("normals".into(), shaders::normals()),
+        ("components".into(), shaders::components()),
+        ("track, volume".into(), shaders::track(true)),
+        ("track, field".into(), shaders::track(false)),
         ("cull, volume".into(), shaders::cull(Samples::Volume)),
         ("classify, volume".into(), shaders::classify(Samples::Volume)),
         ("emit, volume".into(), shaders::emit(Samples::Volume, Normals::Exact)),
@@ -114,6 +117,15 @@ fn every_shader_is_valid() {
         "arrange",
         "add_neighbours",
         "average",
+        "begin",
+        "advance",
+        "spread",
+        "label",
+        "hook",
+        "jump",
+        "keep",
+        "mark",
+        "gather",
     ] {
         assert!(entries.contains(&entry), "{entry}");
     }
@@ -141,7 +153,7 @@ fn structures_lie_as_in_rust() {
         source_first triangle_window source_extent triangle_capacity first_vertices vertex_window
         vertex_capacity neighbour_window neighbour_capacity);
     let work = members!(Work: active_bricks own_active vertices triangles non_finite runaway batch_slots batches
-            run_slots run_vertices singular padding);
+            run_slots run_vertices singular queued taken rounds);
     let record = members!(BrickRecord: rows planes triangles);
     for (expected, name, least) in [(params, "Params", 20), (work, "Work", 20), (record, "BrickRecord", 10)] {
         let all = all();
@@ -163,7 +175,8 @@ fn number_of(name: &str) -> Option<(usize, bool)> {
         "source" => (b::SOURCE, false),
         "ranges" => (b::RANGES, false),
         "marks" => (b::MARKS, false),
-        "slots" => (b::SLOTS, false),
+        // The tracker's queue lies where the map of what it reached will.
+        "slots" | "queue" => (b::SLOTS, false),
         "active_list" => (b::ACTIVE, false),
         "dispatches" => (b::DISPATCHES, false),
         "records" => (b::RECORDS, false),
@@ -178,6 +191,11 @@ fn number_of(name: &str) -> Option<(usize, bool)> {
         "field_parameters" => (b::FIELD, true),
         "field_data" => (b::FIELD_DATA, false),
         "neighbours" => (b::NEIGHBOURS, false),
+        "labels" => (b::LABELS, false),
+        "labelled" => (b::LABELLED, false),
+        "edges" => (b::EDGES, false),
+        "kept_vertices" => (b::KEPT_VERTICES, false),
+        "kept_indices" => (b::KEPT_INDICES, false),
         _ => return None,
     };
     Some((number, uniform))

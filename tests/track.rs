@@ -3,6 +3,8 @@
 #[path = "track/bad_input.rs"]
 mod bad_input;
 mod common;
+#[path = "track/gpu.rs"]
+mod gpu;
 #[path = "track/huge.rs"]
 mod huge;
 #[path = "track/search.rs"]

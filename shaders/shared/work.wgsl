@@ -19,7 +19,10 @@ struct Work {
     run_vertices: vec4<u32>,
     // Not 0 once emit has marked a vertex whose gradient has no direction.
     singular: atomic<u32>,
-    padding: array<u32, 3>,
+    // Of the tracker: bricks in its queue, those that were taken from it, and in how many rounds.
+    queued: atomic<u32>,
+    taken: u32,
+    rounds: u32,
 }
 
 @group(0) @binding(1) var<storage, read_write> work: Work;

@@ -26,7 +26,7 @@ impl Target<'_> {
 }
 
 impl Extractor {
-    pub(super) fn uniform(&self, params: &Params) -> wgpu::Buffer {
+    pub(crate) fn uniform(&self, params: &Params) -> wgpu::Buffer {
         // Mapped at creation rather than written by the queue: commands already in the caller's
         // encoder keep the settings that they were recorded with.
         let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -119,12 +119,14 @@ impl Extractor {
         over_marks.set(b::COUNTS, &space.marks);
         {
             let mut pass = timer.pass(encoder, "cull", at::CULL);
-            let bounds = space.kernels.bounds.as_ref().filter(|_| options.cull);
-            if let Some(bounds) = bounds {
-                bounds.encode(gpu, &mut pass, &bindings, slab.extent);
+            if !space.is_marked {
+                let bounds = space.kernels.bounds.as_ref().filter(|_| options.cull);
+                if let Some(bounds) = bounds {
+                    bounds.encode(gpu, &mut pass, &bindings, slab.extent);
+                }
+                let has_ranges = space.is_volume || bounds.is_some();
+                self.cull.encode_mark(gpu, &mut pass, &bindings, slab.bricks(), has_ranges);
             }
-            let has_ranges = space.is_volume || bounds.is_some();
-            self.cull.encode_mark(gpu, &mut pass, &bindings, slab.bricks(), has_ranges);
             self.scan_marks.encode(gpu, &mut pass, &over_marks, slab.bricks());
             self.cull.encode_compact(gpu, &mut pass, &bindings, slab.bricks());
         }

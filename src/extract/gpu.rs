@@ -28,13 +28,14 @@ type Texts = [Arc<str>; 3];
 /// seen (those of the last 64 are kept), and changing its parameters compiles nothing.
 #[derive(Debug)]
 pub struct Extractor {
-    pub(super) gpu: Gpu,
+    pub(crate) gpu: Gpu,
     pub(super) cull: Cull,
-    pub(super) scan_marks: Scan,
+    pub(crate) scan_marks: Scan,
     pub(super) scan_counts: Scan,
     pub(super) normals: Normals,
     pub(super) table: wgpu::Buffer,
     pub(super) volume: Arc<SourceKernels>,
+    pub(crate) track: crate::track::Kernels,
     /// The latest used last.
     fields: Mutex<Vec<(Texts, Arc<SourceKernels>)>>,
 }
@@ -55,6 +56,7 @@ impl Extractor {
             normals: Normals::new(&gpu)?,
             table,
             volume: Arc::new(SourceKernels::new(&gpu, Samples::Volume)?),
+            track: Default::default(),
             fields: Mutex::default(),
             gpu,
         })
@@ -93,7 +95,7 @@ impl Extractor {
 
     /// [`Extractor::prepare`] with slabs that own at most `most` bricks an axis, and the seconds of the
     /// upload if there was one.
-    pub(super) fn prepare_cut(
+    pub(crate) fn prepare_cut(
         &self,
         source: &Source<'_>,
         options: &Options,

@@ -18,10 +18,10 @@ use wgpu::BufferUsages as U;
 
 /// The kernels that depend on where samples come from.
 #[derive(Debug)]
-pub(super) struct SourceKernels {
+pub(crate) struct SourceKernels {
     pub(super) range: Range,
     pub(super) bounds: Option<Bounds>,
-    pub(super) sample: Option<Sample>,
+    pub(crate) sample: Option<Sample>,
     pub(super) classify: Classify,
     pub(super) emit: Emit,
 }
@@ -47,9 +47,11 @@ impl SourceKernels {
 pub struct Workspace {
     pub(super) grid: Grid,
     pub(super) sense: crate::field::Sense,
-    pub(super) is_volume: bool,
-    pub(super) plan: Plan,
-    pub(super) kernels: Arc<SourceKernels>,
+    pub(crate) is_volume: bool,
+    /// Whether the marks are set already, once, for the one slab that there is: cull leaves them as they are.
+    pub(crate) is_marked: bool,
+    pub(crate) plan: Plan,
+    pub(crate) kernels: Arc<SourceKernels>,
     pub(super) field_parameters: wgpu::Buffer,
     /// Lists and samples that the field reads.
     pub(super) field_data: Arc<[u32]>,
@@ -60,14 +62,14 @@ pub struct Workspace {
     pub(super) ranges: wgpu::Buffer,
     /// One word: samples of the slab that are not finite, counted with the ranges.
     pub(super) odd: wgpu::Buffer,
-    pub(super) marks: wgpu::Buffer,
+    pub(crate) marks: wgpu::Buffer,
     pub(super) partials: wgpu::Buffer,
-    pub(super) slots: wgpu::Buffer,
+    pub(crate) slots: wgpu::Buffer,
     pub(super) active: wgpu::Buffer,
     pub(super) records: wgpu::Buffer,
     pub(super) counts: wgpu::Buffer,
-    pub(super) dispatches: wgpu::Buffer,
-    pub(super) work: wgpu::Buffer,
+    pub(crate) dispatches: wgpu::Buffer,
+    pub(crate) work: wgpu::Buffer,
     pub(super) work_start: wgpu::Buffer,
     /// Takes the header while the mesh does not exist yet.
     pub(super) header: wgpu::Buffer,
@@ -104,6 +106,7 @@ impl Workspace {
             grid: *source.grid(),
             sense: source.sense(),
             is_volume: matches!(source, Source::Volume(_)),
+            is_marked: false,
             kernels,
             field_parameters: gpu.buffer(
                 "field parameters",
@@ -158,7 +161,7 @@ impl Workspace {
         }
     }
 
-    pub(super) fn params(&self, options: &Options, slab: Slab) -> Params {
+    pub(crate) fn params(&self, options: &Options, slab: Slab) -> Params {
         let sense = options.sense.unwrap_or(self.sense);
         Params {
             own_bricks: slab.own_bricks,
@@ -171,7 +174,7 @@ impl Workspace {
         }
     }
 
-    pub(super) fn bindings<'a>(&'a self, extractor: &'a Extractor, params: &'a wgpu::Buffer) -> Bindings<'a> {
+    pub(crate) fn bindings<'a>(&'a self, extractor: &'a Extractor, params: &'a wgpu::Buffer) -> Bindings<'a> {
         let mut bindings = Bindings::default();
         bindings
             .set(b::PARAMS, params)

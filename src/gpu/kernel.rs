@@ -46,8 +46,18 @@ pub mod binding {
     pub const FIELD_DATA: usize = 17;
     /// A second window of the mesh's vertices.
     pub const NEIGHBOURS: usize = 18;
+    /// Labels of the mesh's vertices.
+    pub const LABELS: usize = 19;
+    /// What labelling counts.
+    pub const LABELLED: usize = 20;
+    /// Edges of the grid.
+    pub const EDGES: usize = 21;
+    /// Vertices of the mesh that is kept.
+    pub const KEPT_VERTICES: usize = 22;
+    /// Its indices.
+    pub const KEPT_INDICES: usize = 23;
     /// How many there are.
-    pub const COUNT: usize = 19;
+    pub const COUNT: usize = 24;
 }
 
 /// Buffers by binding number.

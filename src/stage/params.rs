@@ -136,7 +136,9 @@ pub struct Work {
     pub run_slots: [u32; 4],
     pub run_vertices: [u32; 4],
     pub singular: u32,
-    pub padding: [u32; 3],
+    pub queued: u32,
+    pub taken: u32,
+    pub rounds: u32,
 }
 
 #[cfg(test)]

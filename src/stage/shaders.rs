@@ -30,6 +30,8 @@ const SAMPLE: &str = include_str!("../../shaders/sample.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/classify.wgsl");
 const SCAN: &str = include_str!("../../shaders/scan.wgsl");
 const NORMALS: &str = include_str!("../../shaders/normals.wgsl");
+const TRACK: &str = include_str!("../../shaders/track.wgsl");
+const COMPONENTS: &str = include_str!("../../shaders/components.wgsl");
 const UNIT: &str = include_str!("../../shaders/shared/unit.wgsl");
 const EMIT: &str = include_str!("../../shaders/emit.wgsl");
 
@@ -118,6 +120,17 @@ pub fn emit(samples: Samples<'_>, normals: Normals) -> String {
     let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
     let lanes = if counted { "const LANES = 256u;" } else { "const LANES = 64u;" };
     link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, &source, ROW, UNIT, lanes, EMIT])
+}
+
+/// The tracker's continuation, for samples of a volume or for those that were taken of a field.
+pub fn track(of_volume: bool) -> String {
+    let source = if of_volume { VOLUME } else { BRICKS };
+    link(&[PARAMS, WORK, INSIDE, GRID, source, TRACK])
+}
+
+/// The components of a mesh.
+pub fn components() -> String {
+    link(&[PARAMS, RECORD, HEADER, COMPONENTS])
 }
 
 /// The normals stage.

@@ -44,13 +44,7 @@ pub fn track(
     if let Source::Volume(volume) = source {
         job.held_bytes = 4 * volume.values().len();
     }
-    let probes = AtomicU64::new(0);
-    let probe = |points: &[UVec3]| {
-        probes.fetch_add(points.len() as u64, Ordering::Relaxed);
-        Ok(are_inside(source, &job.params, job.inside, points)?)
-    };
-    let (starts, mut told) = starts(source, &job.params, seeds, options.memory_budget, &probe)?;
-    told.probes = probes.into_inner();
+    let (starts, mut told) = starts(&job, seeds, options.memory_budget)?;
     progress(0.1);
 
     let (reached, mut kept) = follow(&mut job, &starts, options.cull, &mut told)?;
@@ -83,13 +77,13 @@ pub fn track(
 }
 
 /// What the seeds lead to.
-pub(super) fn starts(
-    source: &Source<'_>,
-    params: &Params,
-    seeds: &Seeds,
-    budget: u64,
-    probe: Probe<'_>,
-) -> Result<(Starts, TrackReport), TrackError> {
+pub(super) fn starts(job: &Job<'_>, seeds: &Seeds, budget: u64) -> Result<(Starts, TrackReport), TrackError> {
+    let (source, params) = (&job.source, &job.params);
+    let probes = AtomicU64::new(0);
+    let probe: Probe<'_> = &|points| {
+        probes.fetch_add(points.len() as u64, Ordering::Relaxed);
+        Ok(are_inside(source, params, job.inside, points)?)
+    };
     let is_all = seeds.coarse.is_some() || seeds.search.is_some();
     if seeds.points.is_empty() && !is_all {
         return Err(TrackError::NoSeeds);
@@ -115,6 +109,7 @@ pub(super) fn starts(
     starts.bricks.extend(of_edges);
     starts.bricks.sort_unstable();
     starts.bricks.dedup();
+    told.probes = probes.into_inner();
     Ok((starts, told))
 }
 

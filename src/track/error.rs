@@ -29,6 +29,30 @@ pub enum TrackError {
     /// A search down to boxes of no cells.
     #[error("the search goes down to boxes of 0 cells: give 1 or more")]
     SearchSize,
+    /// A GPU follows the surface in grids of one slab only.
+    #[error(
+        "the grid's {bricks} bricks do not fit the adapter {adapter} and the memory budget at once: track on the CPU, \
+         or coarsen the grid"
+    )]
+    Slabs {
+        /// Bricks of the grid.
+        bricks: u64,
+        /// The adapter's name.
+        adapter: String,
+    },
+    /// What labels the components of the mesh is more than the adapter binds.
+    #[error(
+        "the labels of the mesh's components take {needed} bytes, and the adapter {adapter} binds at most {limit}: \
+         track on the CPU, or coarsen the grid"
+    )]
+    Labels {
+        /// Their bytes.
+        needed: u64,
+        /// Bytes that the adapter binds.
+        limit: u64,
+        /// Its name.
+        adapter: String,
+    },
     /// No seed point led to surface, and nothing else was asked for.
     #[error("no seed leads to the surface: {}", told(.missed))]
     NothingReached {

@@ -21,11 +21,13 @@
 mod components;
 mod cpu;
 mod error;
+mod gpu;
 mod search;
 mod seeds;
 
 pub use cpu::track;
 pub use error::TrackError;
+pub(crate) use gpu::Kernels;
 
 use glam::{UVec3, Vec3};
 

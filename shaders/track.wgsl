@@ -1,0 +1,87 @@
+// track: follows the surface from brick to brick, and leaves the marks that cull would leave.
+//
+// Bricks wait in a queue, which nothing leaves: at the end it is the list of those reached. A round takes what was added
+// since the one before (`advance`), samples it, and adds the bricks beside (`spread`). In which order a round adds
+// is a matter of chance; what is reached is not, and from the marks on bricks are in order.
+// CPU twin: `spread` in src/track/cpu.rs.
+
+// Two words a brick, the first 1 once it is reached: as cull marks the bricks to keep.
+@group(0) @binding(4) var<storage, read_write> marks: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> queue: array<u32>;
+@group(0) @binding(6) var<storage, read_write> active_list: array<u32>;
+@group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;
+
+const MAX_GROUPS = 65535u;
+
+// Marks the bricks that the queue holds at first.
+@compute @workgroup_size(64)
+fn begin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let place = id.y * groups.x * 64u + id.x;
+    if place < atomicLoad(&work.queued) {
+        atomicStore(&marks[2u * queue[place]], 1u);
+    }
+}
+
+// One workgroup: the next bricks of the queue, at most a batch, become the active list.
+@compute @workgroup_size(64)
+fn advance(@builtin(local_invocation_index) lane: u32) {
+    let first = work.taken;
+    let count = min(atomicLoad(&work.queued) - first, work.batch_slots);
+    for (var i = lane; i < count; i += 64u) {
+        active_list[i] = queue[first + i];
+    }
+    // All have read where the round begins.
+    workgroupBarrier();
+    if lane == 0u {
+        work.taken = first + count;
+        work.active_bricks = count;
+        work.rounds += u32(count > 0u);
+        dispatches[0] = min(count, MAX_GROUPS);
+        dispatches[1] = (count + MAX_GROUPS - 1u) / MAX_GROUPS;
+        dispatches[2] = 1u;
+    }
+}
+
+// One workgroup a brick, one invocation each of the 26 bricks around it: does the surface cross an edge between the
+// points that both share? Those are a plane, or a line; a single point has no edge.
+@compute @workgroup_size(32)
+fn spread(
+    @builtin(local_invocation_index) lane: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let slot = slot_of(group, groups);
+    if slot >= batch_end(work.active_bricks) || lane >= 27u {
+        return;
+    }
+    let origin = brick_origin(active_list[slot]);
+    let way = vec3<i32>(vec3<u32>(lane % 3u, (lane / 3u) % 3u, lane / 9u)) - 1;
+    let axes = dot(way, way);
+    let there = vec3<i32>(origin / 8u) + way;
+    if axes == 0 || axes == 3 || any(there < vec3<i32>(0)) || any(there >= vec3<i32>(params.slab_extent)) {
+        return;
+    }
+    let last = min(params.points - 1u - origin, vec3<u32>(8u));
+    let low = select(vec3<u32>(0u), vec3<u32>(8u), way > vec3<i32>(0));
+    let high = select(select(last, vec3<u32>(8u), way > vec3<i32>(0)), vec3<u32>(0u), way < vec3<i32>(0));
+    var some = false;
+    var every = true;
+    for (var z = low.z; z <= high.z; z++) {
+        for (var y = low.y; y <= high.y; y++) {
+            let row = row_start(slot, origin, y, z);
+            for (var x = low.x; x <= high.x; x++) {
+                let inside = is_inside(row_bits(row, origin, x));
+                some = some || inside;
+                every = every && inside;
+            }
+        }
+    }
+    if !some || every {
+        return;
+    }
+    let at = vec3<u32>(there);
+    let brick = at.x + params.slab_extent.x * (at.y + params.slab_extent.y * at.z);
+    if atomicExchange(&marks[2u * brick], 1u) == 0u {
+        queue[atomicAdd(&work.queued, 1u)] = brick;
+    }
+}

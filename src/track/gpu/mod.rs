@@ -1,0 +1,160 @@
+//! Continuation on the GPU: the frontier of bricks in indirect dispatches. Shader: `shaders/track.wgsl`.
+
+mod components;
+
+use super::cpu::starts;
+use super::{Seeds, Starts, TrackError, TrackReport, search};
+use crate::extract::{ExtractError, Extraction, Extractor, Job, Options, Source, Workspace};
+use crate::field::user::MAX_ITERATIONS;
+use crate::gpu::kernel::Kernel;
+use crate::gpu::{Gpu, GpuError};
+use crate::stage::params::Work;
+use crate::stage::shaders;
+use components::Components;
+use glam::UVec3;
+use std::collections::HashSet;
+use std::sync::OnceLock;
+
+/// Rounds that are recorded before it is asked whether there are more: a round without bricks costs next to nothing.
+const ROUNDS: u32 = 16;
+
+/// The kernels of the tracker, compiled when they are first asked for.
+#[derive(Debug, Default)]
+pub(crate) struct Kernels {
+    /// Of fields, of volumes.
+    follow: [OnceLock<Follow>; 2],
+    components: OnceLock<Components>,
+}
+
+#[derive(Debug)]
+struct Follow {
+    begin: Kernel,
+    advance: Kernel,
+    spread: Kernel,
+}
+
+impl Follow {
+    fn new(gpu: &Gpu, of_volume: bool) -> Result<Self, GpuError> {
+        let source = shaders::track(of_volume);
+        Ok(Self {
+            begin: Kernel::new(gpu, &source, "begin", &[])?,
+            advance: Kernel::new(gpu, &source, "advance", &[])?,
+            spread: Kernel::new(gpu, &source, "spread", &[])?,
+        })
+    }
+}
+
+/// What is in the cell, made by `new` on the first call.
+fn made<T>(cell: &OnceLock<T>, new: impl FnOnce() -> Result<T, GpuError>) -> Result<&T, GpuError> {
+    if let Some(kernels) = cell.get() {
+        return Ok(kernels);
+    }
+    let kernels = new()?;
+    Ok(cell.get_or_init(|| kernels))
+}
+
+impl Extractor {
+    /// Tracks the surface from `seeds`, as [`crate::track::track`] does, and leaves the mesh on the GPU.
+    ///
+    /// Seeds are looked for on the CPU; where a GPU rounds otherwise, a seed whose edge is crossed by less than that may
+    /// get lost. The grid must fit in one slab. Of a volume the report's `non_finite` counts all samples.
+    ///
+    /// # Errors
+    /// As [`crate::track::track`] and [`Extractor::extract`], [`TrackError::Slabs`], [`TrackError::Labels`].
+    pub fn track(
+        &self,
+        source: &Source<'_>,
+        options: &Options,
+        seeds: &Seeds,
+        progress: &dyn Fn(f64),
+    ) -> Result<(Extraction, TrackReport), TrackError> {
+        let job = Job::new(source, options)?;
+        let (starts, mut told) = starts(&job, seeds, options.memory_budget)?;
+        progress(0.1);
+        let budget = options.memory_budget;
+        let mut room = budget;
+        let (space, mut extraction) = loop {
+            let (mut space, _) =
+                self.prepare_cut(source, &Options { memory_budget: room, ..*options }, UVec3::MAX)?;
+            if space.plan.slab_count() > 1 {
+                let bricks = source.grid().brick_count();
+                return Err(TrackError::Slabs { bricks, adapter: self.gpu.info.name.clone() });
+            }
+            self.follow(&mut space, options, &starts, &mut told)?;
+            progress(0.5);
+            match self.extract_in(&space, source, options, &|_| {}) {
+                // The scratch left too little for the mesh: once more, with what the mesh leaves.
+                Err(ExtractError::Budget { needed, .. }) if room == budget => {
+                    room = budget.saturating_sub(needed - space.plan.bytes);
+                }
+                extraction => break (space, extraction?),
+            }
+        };
+        if seeds.coarse.is_none() && seeds.search.is_none() {
+            self.keep_reached(&space, options, &starts.edges, &mut extraction, &mut told)?;
+        }
+        progress(1.0);
+        Ok((extraction, told))
+    }
+
+    /// Marks the bricks that the surface leads to.
+    fn follow(
+        &self,
+        space: &mut Workspace,
+        options: &Options,
+        starts: &Starts,
+        told: &mut TrackReport,
+    ) -> Result<(), TrackError> {
+        let gpu = &self.gpu;
+        let cell = &self.track.follow[usize::from(space.is_volume)];
+        let kernels = made(cell, || Follow::new(gpu, space.is_volume))?;
+        let work = Work {
+            queued: starts.bricks.len() as u32,
+            batch_slots: space.plan.batch_slots,
+            ..Work::default()
+        };
+        gpu.write(&space.work, bytemuck::bytes_of(&work))?;
+        gpu.write(&space.slots, bytemuck::cast_slice(&starts.bricks))?;
+        let params = self.uniform(&space.params(options, space.plan.slab(0)));
+        let mut is_first = true;
+        let work = loop {
+            gpu.guarded("tracking", space.plan.bytes, || {
+                let bindings = space.bindings(self, &params);
+                let mut encoder = gpu.device.create_command_encoder(&Default::default());
+                if is_first {
+                    encoder.clear_buffer(&space.marks, 0, None);
+                }
+                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+                if is_first {
+                    kernels.begin.dispatch(gpu, &mut pass, &bindings, work.queued.div_ceil(64));
+                }
+                for _ in 0..ROUNDS {
+                    kernels.advance.dispatch(gpu, &mut pass, &bindings, 1);
+                    if let Some(sample) = &space.kernels.sample {
+                        sample.encode(gpu, &mut pass, &bindings, &space.dispatches, 0);
+                    }
+                    kernels.spread.dispatch_indirect(gpu, &mut pass, &bindings, &space.dispatches, 0);
+                }
+                drop(pass);
+                gpu.queue.submit([encoder.finish()]);
+            })?;
+            is_first = false;
+            let work: Work = gpu.read_one(&space.work)?;
+            if work.runaway != 0 {
+                return Err(ExtractError::Runaway { limit: MAX_ITERATIONS }.into());
+            }
+            if work.taken == work.queued {
+                break work;
+            }
+        };
+        told.rounds = work.rounds;
+        if let Some(search) = told.search.as_mut().filter(|search| search.by_intervals) {
+            let reached: Vec<u32> = gpu.read(&space.slots, work.queued.into())?;
+            let reached = HashSet::from_iter(reached);
+            let params = space.params(options, space.plan.slab(0));
+            search.undecided = search::undecided(&params, search.cells, &starts.open, &reached);
+        }
+        space.is_marked = true;
+        Ok(())
+    }
+}
