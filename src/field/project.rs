@@ -72,37 +72,35 @@ pub fn project(
     let radius = |i: usize| radii.get(i).copied().unwrap_or(0.0);
     let begin = |(i, p): (usize, &Vec3)| Search::new(*p, radius(i), epsilon);
     let mut searches: Vec<Search> = points.iter().enumerate().map(begin).collect();
-    search(surface, &mut searches)?;
+    searches.par_chunks_mut(TASK).try_for_each(|searches| search(surface, searches))?;
     points.iter_mut().zip(&searches).for_each(|(p, s)| *p = s.at);
     Ok(Projection { converged: searches.iter().map(Search::converged).collect() })
 }
 
-/// Runs all searches to their end.
+/// Runs all searches to their end, together: so it pays to hand over some hundred, and not all, which threads share.
 pub(crate) fn search(surface: &Surface<'_>, searches: &mut [Search]) -> Result<(), NoForm> {
-    searches.par_chunks_mut(TASK).try_for_each(|searches| {
-        let mut active: Vec<usize> = (0..searches.len()).filter(|&i| searches[i].is_running()).collect();
-        let mut steepest = Vec::with_capacity(active.len());
-        let mut points = Vec::with_capacity(active.len());
-        let (mut gradients, mut values) = (vec![Vec3::ZERO; active.len()], vec![0.0; active.len()]);
-        while !active.is_empty() {
-            steepest.clear();
-            steepest.extend(active.iter().copied().filter(|&i| searches[i].wants_gradient()));
-            points.clear();
-            points.extend(steepest.iter().map(|&i| searches[i].low));
-            surface.gradients(&points, &mut gradients[..steepest.len()])?;
-            for (&i, &gradient) in steepest.iter().zip(&gradients) {
-                searches[i].aim(gradient);
-            }
-            points.clear();
-            points.extend(active.iter().map(|&i| searches[i].at));
-            surface.values(&points, &mut values[..active.len()])?;
-            for (&i, &value) in active.iter().zip(&values) {
-                searches[i].take(value);
-            }
-            active.retain(|&i| searches[i].is_running());
+    let mut active: Vec<usize> = (0..searches.len()).filter(|&i| searches[i].is_running()).collect();
+    let mut steepest = Vec::with_capacity(active.len());
+    let mut points = Vec::with_capacity(active.len());
+    let (mut gradients, mut values) = (vec![Vec3::ZERO; active.len()], vec![0.0; active.len()]);
+    while !active.is_empty() {
+        steepest.clear();
+        steepest.extend(active.iter().copied().filter(|&i| searches[i].wants_gradient()));
+        points.clear();
+        points.extend(steepest.iter().map(|&i| searches[i].low));
+        surface.gradients(&points, &mut gradients[..steepest.len()])?;
+        for (&i, &gradient) in steepest.iter().zip(&gradients) {
+            searches[i].aim(gradient);
         }
-        Ok(())
-    })
+        points.clear();
+        points.extend(active.iter().map(|&i| searches[i].at));
+        surface.values(&points, &mut values[..active.len()])?;
+        for (&i, &value) in active.iter().zip(&values) {
+            searches[i].take(value);
+        }
+        active.retain(|&i| searches[i].is_running());
+    }
+    Ok(())
 }
 
 /// What a [`Search`] is doing.
