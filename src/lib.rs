@@ -54,6 +54,7 @@ pub mod gpu;
 pub mod graph;
 pub mod grid;
 pub mod mesh;
+pub mod octree;
 pub mod render;
 pub mod scene;
 pub mod stage;

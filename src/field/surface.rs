@@ -2,7 +2,7 @@
 //! points.
 
 use super::differences::central;
-use super::{Field, NoForm, Points, Sense};
+use super::{Field, NoForm, Points, Sense, Within};
 use crate::graph::interval::{self as iv, Interval};
 use glam::Vec3;
 
@@ -89,7 +89,16 @@ impl<'a> Surface<'a> {
     /// Bounds of the signed values in the box from `low` to `high`; all numbers where nothing is known. No surface
     /// lies in a box whose bounds are on one side of 0.
     pub fn range(&self, low: Vec3, high: Vec3) -> Interval {
-        let range = self.field.range([0, 1, 2].map(|k| Interval { lo: low[k], hi: high[k] }));
+        self.signed_range(self.field.range([0, 1, 2].map(|k| Interval { lo: low[k], hi: high[k] })))
+    }
+
+    /// [`Field::within`] in the box from `low` to `high`, with the bounds of the signed values.
+    pub fn within(&self, low: Vec3, high: Vec3) -> Within {
+        let within = self.field.within([0, 1, 2].map(|k| Interval { lo: low[k], hi: high[k] }));
+        Within { range: self.signed_range(within.range), field: within.field }
+    }
+
+    fn signed_range(&self, range: Interval) -> Interval {
         iv::mul(Interval::point(self.sign), iv::add(range, Interval::point(-self.iso)))
     }
 }
