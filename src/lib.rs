@@ -55,6 +55,7 @@ pub mod gpu;
 pub mod graph;
 pub mod grid;
 pub mod mesh;
+pub mod octree;
 pub mod refine;
 pub mod render;
 pub mod scene;

@@ -1,0 +1,129 @@
+//! How far the mesh is from the surface, and which leaves to split for it.
+
+use super::tree::Tree;
+use super::{Contour, TASK};
+use crate::field::{NoForm, Surface};
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// Where a triangle is looked at: its middle, the middles of its sides, and its corners.
+const SAMPLES: [[f32; 3]; 7] = [
+    [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
+    [0.5, 0.5, 0.0],
+    [0.0, 0.5, 0.5],
+    [0.5, 0.0, 0.5],
+    [1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, 0.0, 1.0],
+];
+/// Steps of projection beyond the first.
+const STEPS: usize = 3;
+
+/// What was found.
+#[derive(Debug, Default)]
+pub struct Measured {
+    /// The largest distance.
+    pub largest: f32,
+    /// Triangles beyond ε.
+    pub over: u64,
+    /// Leaves of the smallest size at those that nothing can be split for.
+    pub stopped: u64,
+    /// Leaves to split, in order.
+    pub split: Vec<u32>,
+}
+
+/// The distance of points of each triangle to the surface, by projection along the gradient: what a projected
+/// point has come is never less than its distance, up to how near the surface it ends.
+pub fn measure(
+    tree: &Tree,
+    surface: &Surface<'_>,
+    contour: &Contour,
+    error: f32,
+) -> Result<Measured, NoForm> {
+    let found: Vec<Vec<f32>> = contour
+        .triangles
+        .par_chunks(TASK / 4)
+        .map(|triangles| {
+            let mut points = Vec::with_capacity(triangles.len() * SAMPLES.len());
+            let mut hints = Vec::with_capacity(points.capacity());
+            for t in triangles {
+                let [a, b, c] = t.vertices.map(|v| contour.positions[v as usize]);
+                let owner = contour.dual.polygons[t.polygon as usize].owner;
+                for [u, v, w] in SAMPLES {
+                    points.push(a * u + b * v + c * w);
+                    hints.push(tree.nodes[owner as usize].field);
+                }
+            }
+            let distances = distances(tree, surface, &points, &hints, error)?;
+            Ok(distances.chunks(SAMPLES.len()).map(|d| d.iter().copied().fold(0.0, f32::max)).collect())
+        })
+        .collect::<Result<_, NoForm>>()?;
+    let mut measured = Measured::default();
+    let mut stopped = Vec::new();
+    for (triangle, distance) in contour.triangles.iter().zip(found.into_iter().flatten()) {
+        measured.largest = measured.largest.max(distance);
+        if distance <= error {
+            continue;
+        }
+        measured.over += 1;
+        let polygon = &contour.dual.polygons[triangle.polygon as usize];
+        let leaves = || polygon.corners.iter().map(|c| c.leaf);
+        let size = |leaf: u32| tree.nodes[leaf as usize].size;
+        let largest = leaves().map(size).max().unwrap_or(1);
+        if largest > 1 {
+            measured.split.extend(leaves().filter(|&l| size(l) == largest));
+        } else {
+            stopped.extend(leaves());
+        }
+    }
+    measured.split.sort_unstable();
+    measured.split.dedup();
+    stopped.sort_unstable();
+    stopped.dedup();
+    measured.stopped = stopped.len() as u64;
+    Ok(measured)
+}
+
+/// Distances of points to the surface. Those that one step shows to be well within `error` are not followed further.
+fn distances(
+    tree: &Tree,
+    surface: &Surface<'_>,
+    points: &[Vec3],
+    hints: &[u32],
+    error: f32,
+) -> Result<Vec<f32>, NoForm> {
+    let mut at = points.to_vec();
+    let mut distances = vec![0.0f32; points.len()];
+    let mut open: Vec<usize> = (0..points.len()).collect();
+    for step in 0..=STEPS {
+        let here: Vec<Vec3> = open.iter().map(|&i| at[i]).collect();
+        let fields: Vec<u32> = open.iter().map(|&i| tree.fields.at(hints[i], at[i])).collect();
+        let mut values = vec![0.0; here.len()];
+        let mut gradients = vec![Vec3::ZERO; here.len()];
+        tree.fields.values(surface, &fields, &here, &mut values)?;
+        tree.fields.gradients(surface, &fields, &here, &mut gradients)?;
+        let mut still = Vec::new();
+        for ((&i, value), gradient) in open.iter().zip(values).zip(gradients) {
+            let length = gradient.length();
+            let way = value / length;
+            if !way.is_finite() {
+                continue;
+            }
+            if step == STEPS {
+                // What is left is in doubt.
+                distances[i] += way.abs();
+                continue;
+            }
+            at[i] -= gradient * (way / length);
+            distances[i] = at[i].distance(points[i]);
+            if way.abs() > 0.02 * error && (step > 0 || distances[i] > 0.6 * error) {
+                still.push(i);
+            }
+        }
+        open = still;
+        if open.is_empty() {
+            break;
+        }
+    }
+    Ok(distances)
+}
