@@ -82,6 +82,9 @@ fn explore() {
         ));
     }
     for (name, solid, edges) in shapes {
+        if std::env::var("ONLY").is_ok_and(|o| o != name) {
+            continue;
+        }
         let field = graph(&solid);
         let grid = cube(64, 1.27);
         let (mesh, report) = sharp(&field, &grid);
