@@ -27,9 +27,9 @@ use crate::stage::cull::bounds::cull_field;
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
 use crate::stage::sample::row::Sampler;
-use glam::{DVec3, UVec3};
+use glam::{DVec3, IVec3, UVec3};
 use hermite::{Cell, Crossing, Frame, Scene, brick_data, edge_key};
-use place::{Kind, Placed, Wanted, place};
+use place::{Corner, Kind, Placed, Wanted, place};
 use polygons::Polygons;
 use qef::Plane;
 use rayon::prelude::*;
@@ -37,6 +37,8 @@ use sheets::{Loop, SHEETS, others};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// Corners that lie closer together are one; in cells.
+const SAME: f64 = 0.05;
 /// Bricks that one task takes.
 const TASK: usize = 16;
 
@@ -249,6 +251,8 @@ struct Sheets {
     all: Vec<Sheet>,
     edges: Vec<u32>,
     placed: Vec<Placed>,
+    /// The corners that the sheets see, in their order.
+    corners: Vec<Corner>,
 }
 
 impl Sheets {
@@ -259,7 +263,8 @@ impl Sheets {
     ) -> Result<Self, SharpError> {
         let (slots, done) = (hermite.bricks.len(), AtomicUsize::new(0));
         let of_slot = |slot: usize| {
-            let mut own = Self { all: Vec::new(), edges: Vec::new(), placed: Vec::new() };
+            let mut own =
+                Self { all: Vec::new(), edges: Vec::new(), placed: Vec::new(), corners: Vec::new() };
             let mut wanted = Vec::new();
             for &Cell { at, case } in &hermite.cells[slot] {
                 for (index, sheet) in SHEETS[case as usize].iter().enumerate() {
@@ -271,14 +276,15 @@ impl Sheets {
                     own.all.push(Sheet { cell: at, case, index: index as u8, first });
                 }
             }
-            own.placed = place(&scene.nearby(hermite.bricks[slot]), &wanted)?;
+            (own.placed, own.corners) = place(&scene.nearby(hermite.bricks[slot]), &wanted)?;
             progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / slots as f64);
             Ok(own)
         };
         let found: Vec<Self> = (0..slots).into_par_iter().map(of_slot).collect::<Result<_, NoForm>>()?;
-        let mut all = Self { all: Vec::new(), edges: Vec::new(), placed: Vec::new() };
+        let mut all = Self { all: Vec::new(), edges: Vec::new(), placed: Vec::new(), corners: Vec::new() };
         for own in found {
-            let first = all.edges.len() as u32;
+            let (first, before) = (all.edges.len() as u32, all.all.len());
+            all.corners.extend(own.corners.into_iter().map(|c| Corner { by: c.by + before, ..c }));
             all.all.extend(own.all.into_iter().map(|s| Sheet { first: s.first + first, ..s }));
             all.edges.extend(own.edges);
             all.placed.extend(own.placed);
@@ -287,7 +293,29 @@ impl Sheets {
         if all.edges.len() > u32::MAX as usize {
             return Err(SharpError::TooLarge { vertices: all.edges.len() as u64 });
         }
+        all.take_corners(scene);
         Ok(all)
+    }
+
+    /// Gives every corner to one vertex: to that of the cell in which it lies, else of the nearest that sees it.
+    fn take_corners(&mut self, scene: &Scene<'_>) {
+        let mut corners = self.corners.clone();
+        corners.sort_by(|a, b| a.excess.total_cmp(&b.excess).then(a.by.cmp(&b.by)));
+        let cell_of = |at: DVec3| scene.frame.local(at).floor().as_ivec3();
+        // By cells, the corners that are taken.
+        let mut taken: HashMap<IVec3, Vec<DVec3>> = HashMap::new();
+        let around = || (0..27).map(|i| IVec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+        for corner in corners {
+            let cell = cell_of(corner.at);
+            let is_same = |at: &DVec3| at.distance(corner.at) < SAME * scene.frame.cell;
+            if around().any(|d| taken.get(&(cell + d)).is_some_and(|all| all.iter().any(is_same))) {
+                continue;
+            }
+            let placed = &mut self.placed[corner.by];
+            (placed.at, placed.normal, placed.kind) = (corner.at, corner.normal, Kind::Corner);
+            (placed.clamped, placed.fallback) = (false, false);
+            taken.entry(cell).or_default().push(corner.at);
+        }
     }
 
     fn loop_of(&self, sheet: u32) -> &'static Loop {

@@ -69,47 +69,52 @@ const REACH: f64 = 1.0;
 /// How far a smooth point may lie beyond its cell.
 const SLACK: f64 = 0.25;
 
-/// The vertices.
-pub fn place(near: &Nearby<'_>, wanted: &[Wanted]) -> Result<Vec<Placed>, NoForm> {
+/// A corner that a vertex could lie on.
+#[derive(Debug, Clone, Copy)]
+pub struct Corner {
+    /// Which of the wanted vertices sees it.
+    pub by: usize,
+    pub at: DVec3,
+    /// The mean of the sides' normals.
+    pub normal: DVec3,
+    /// How far it lies beyond that vertex's cell; in cells.
+    pub excess: f64,
+}
+
+/// The vertices, and the corners that they see in their cells or near to them. A corner is seen from several cells, so
+/// the vertices are those that lie on edges and smooth sides.
+pub fn place(near: &Nearby<'_>, wanted: &[Wanted]) -> Result<(Vec<Placed>, Vec<Corner>), NoForm> {
     let owners: Vec<usize> = (0..wanted.len()).filter(|&i| is_bent(&wanted[i].planes)).collect();
     let tasks: Vec<Wanted> = owners.iter().map(|&i| wanted[i].clone()).collect();
     let first = features(near, &tasks)?;
-    // A second look: at the ends of edges for corners, and at pairs of sides where all of them meet elsewhere.
+    // A second look: at the ends of edges for corners, and at pairs of sides where all of them meet in a corner.
     let mut again = probes(near, &tasks, &first)?;
     for (k, (task, own)) in tasks.iter().zip(&first).enumerate() {
-        if own.rank >= 2 && (!own.is_on || (own.rank == 3 && excess(near, task, own.at) > 0.0)) {
+        if own.rank == 3 || (own.rank == 2 && !own.is_on) {
             again.extend(pairs_of_sides(task).into_iter().map(|pair| (k, pair)));
         }
     }
     let more: Vec<Wanted> = again.iter().map(|(_, task)| task.clone()).collect();
     let second = features(near, &more)?;
-    let mut others: Vec<Vec<Feature>> = vec![Vec::new(); tasks.len()];
+    let mut all: Vec<Vec<Feature>> = first.iter().map(|own| vec![*own]).collect();
     for ((k, _), feature) in again.iter().zip(second) {
-        others[*k].push(feature);
+        all[*k].push(feature);
     }
     let mut found: Vec<Option<Feature>> = vec![None; wanted.len()];
+    let mut corners = Vec::new();
     for (k, task) in tasks.iter().enumerate() {
-        found[owners[k]] = choose(near, task, first[k], &others[k]);
+        let mass = task.mass();
+        let beyond = |f: &Feature| excess(near, task, f.at);
+        all[k].retain(|f| f.is_on && beyond(f) <= REACH);
+        let order = |f: &Feature| (beyond(f), f.at.distance(mass));
+        let nearer = |a: Feature, b: Feature| if order(&b) < order(&a) { b } else { a };
+        let nearest = |rank: usize| all[k].iter().copied().filter(|f| f.rank == rank).reduce(nearer);
+        found[owners[k]] = nearest(2);
+        if let Some(f) = nearest(3) {
+            corners.push(Corner { by: owners[k], at: f.at, normal: f.normal, excess: beyond(&f) });
+        }
     }
-    smooth(near, wanted, &found)
-}
-
-/// Of the features that a cell may be near to, the one for its vertex: corners before edges, and what lies in the cell
-/// before what lies beyond.
-fn choose(near: &Nearby<'_>, task: &Wanted, own: Feature, others: &[Feature]) -> Option<Feature> {
-    let mass = task.mass();
-    let is_good = |f: &Feature| f.rank >= 2 && f.is_on && excess(near, task, f.at) <= REACH;
-    let is_better = |a: &Feature, b: &Feature| match a.rank.cmp(&b.rank) {
-        std::cmp::Ordering::Equal => a.at.distance(mass) < b.at.distance(mass),
-        order => order.is_gt(),
-    };
-    let within = others.iter().filter(|f| is_good(f) && excess(near, task, f.at) <= 1e-9);
-    let other = within.copied().reduce(|a, b| if is_better(&b, &a) { b } else { a });
-    let own = Some(own).filter(is_good);
-    match (own, other) {
-        (Some(own), Some(other)) if other.rank <= own.rank && excess(near, task, own.at) <= 0.0 => Some(own),
-        (own, other) => other.or(own),
-    }
+    Ok((smooth(near, wanted, &found)?, corners))
 }
 
 /// Where planes of the surface met.
@@ -159,7 +164,9 @@ fn confine(near: &Nearby<'_>, task: &Wanted, mut meeting: Meeting) -> Meeting {
         && meeting.rank == 2
         && let Some([from, to]) = clip(near, task, meeting.at, meeting.line)
     {
-        meeting.at += meeting.line * 0.0f64.clamp(from, to);
+        // Not at the end, where the next cell's vertex may be.
+        let margin = 0.25 * (to - from);
+        meeting.at += meeting.line * 0.0f64.clamp(from + margin, to - margin);
     }
     if !(excess(near, task, meeting.at) <= REACH) {
         let q = near.frame.local(meeting.at);
@@ -226,15 +233,16 @@ fn features(near: &Nearby<'_>, tasks: &[Wanted]) -> Result<Vec<Feature>, NoForm>
     Ok(tasks.iter().zip(&meetings).zip(&found).map(feature).collect())
 }
 
-/// Tasks with one plane more, for edges that do not reach through their cell: that of the surface where they should
-/// leave it. `(task, …)`.
+/// Tasks with one plane more, for edges that end in their cell or near to it: that of the third side, which the surface
+/// has where the edge would go on. With each the number of the task that it comes from.
 fn probes(near: &Nearby<'_>, tasks: &[Wanted], first: &[Feature]) -> Result<Vec<(usize, Wanted)>, NoForm> {
     let (mut owners, mut points, mut found) = (Vec::new(), Vec::new(), Vec::new());
     for (k, (task, feature)) in tasks.iter().zip(first).enumerate() {
         if feature.rank != 2 || task.face.is_some() {
             continue;
         }
-        for t in clip(near, task, feature.at, feature.line).into_iter().flatten() {
+        let wider = Wanted { low: task.low - REACH, high: task.high + REACH, ..task.clone() };
+        for t in clip(near, &wider, feature.at, feature.line).into_iter().flatten() {
             owners.push(k);
             points.push(feature.at + feature.line * t);
         }
@@ -254,9 +262,11 @@ fn probes(near: &Nearby<'_>, tasks: &[Wanted], first: &[Feature]) -> Result<Vec<
     }
     let mut all: Vec<(usize, Wanted)> = Vec::new();
     for (i, owner) in owners.into_iter().enumerate().filter(|(i, _)| is_off[*i]) {
-        let mut task = tasks[owner].clone();
-        task.planes.push(Plane { at: points[i], normal: unit(found[i].1) });
-        all.push((owner, task));
+        let (mut task, normal) = (tasks[owner].clone(), unit(found[i].1));
+        if task.planes.iter().all(|p| p.normal.dot(normal) < SMOOTH) {
+            task.planes.push(Plane { at: points[i], normal });
+            all.push((owner, task));
+        }
     }
     Ok(all)
 }
@@ -309,7 +319,7 @@ fn smooth(near: &Nearby<'_>, wanted: &[Wanted], features: &[Option<Feature>]) ->
         let mut one =
             Placed { at: points[i], normal, kind: Kind::Smooth, clamped: false, fallback: false, singular };
         match features[i] {
-            Some(feature) => one.kind = if feature.rank == 2 { Kind::Edge } else { Kind::Corner },
+            Some(_) => one.kind = Kind::Edge,
             None => {
                 let is_near = value.abs() / gradient.length() <= 0.05 * near.frame.cell;
                 if !(is_near && excess(near, task, one.at) <= REACH) {

@@ -1,13 +1,16 @@
 //! The polygons around the crossed edges, and their triangles.
 
 use super::hermite::{Crossing, Scene, unit};
-use super::place::{Kind, Placed, Wanted, place};
+use super::place::{Corner, Kind, Placed, Wanted, place};
 use super::sheets::others;
 use super::{Hermite, SharpError, SharpReport, Sheets, outward};
 use crate::field::NoForm;
 use crate::grid::Grid;
 use glam::DVec3;
 use rayon::prelude::*;
+
+/// Of a cell's face.
+const LEAST_AREA: f64 = 1e-4;
 
 const NONE: u32 = u32::MAX;
 
@@ -27,6 +30,8 @@ pub struct Polygons {
     normals: Vec<DVec3>,
     /// The ways along the crossed edges, out of the solid.
     outward: Vec<DVec3>,
+    /// Twice the area of a triangle that is rounding, and no more.
+    least_area: f64,
 }
 
 /// What the polygons are made from.
@@ -146,6 +151,15 @@ fn ends(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
+/// Where [`Polygons::unfold`] moves vertices.
+#[derive(Debug, Clone, Copy)]
+enum Turn {
+    Corner,
+    Neighbour,
+    Cell,
+    Mean,
+}
+
 impl Polygons {
     pub(super) fn new(
         scene: &Scene<'_>,
@@ -168,7 +182,7 @@ impl Polygons {
             let mut placed = Vec::with_capacity(segments.len());
             for (ends, sheet, face) in segments {
                 let brick = hermite.brick_of(sheets.all[*sheet as usize].cell);
-                placed.extend(place(&scene.nearby(brick), &[maker.wanted(scene, ends, *sheet, *face)])?);
+                placed.extend(place(&scene.nearby(brick), &[maker.wanted(scene, ends, *sheet, *face)])?.0);
             }
             Ok(placed)
         };
@@ -193,7 +207,8 @@ impl Polygons {
         }
         let normals = hermite.crossings.iter().map(|c| c.normal).collect();
         let outward = hermite.crossings.iter().map(|c| unit(outward(scene, c))).collect();
-        Ok(Self { vertices, corners, first, normals, outward })
+        let least_area = LEAST_AREA * scene.frame.cell * scene.frame.cell;
+        Ok(Self { vertices, corners, first, normals, outward, least_area })
     }
 
     fn corners_of(&self, polygon: usize) -> &[u32] {
@@ -202,6 +217,11 @@ impl Polygons {
 
     fn len(&self) -> usize {
         self.normals.len()
+    }
+
+    /// Whether a triangle of the polygon, cut as well as may be, looks against the surface.
+    fn is_folded(&self, polygon: usize) -> bool {
+        self.best_fan(polygon).1 < 0.0
     }
 
     /// The corner from which a polygon is best cut, as its number, and the cosine between the surface's normal and that
@@ -217,7 +237,10 @@ impl Polygons {
                 let (mut least, mut length) = (f64::INFINITY, 0.0f64);
                 for i in 1..n.saturating_sub(1) {
                     let (a, b, c) = (at(from), at(from + i), at(from + i + 1));
-                    least = least.min(unit((b - a).cross(c - a)).dot(normal));
+                    // Without area a triangle has no direction.
+                    let area = (b - a).cross(c - a);
+                    let is_flat = area.length_squared() <= self.least_area * self.least_area;
+                    least = least.min(if is_flat { 0.0 } else { unit(area).dot(normal) });
                     length = length.max(a.distance_squared(c));
                 }
                 if least > best.1 + 1e-3 || (least > best.1 - 1e-3 && length < best.2 * (1.0 - 1e-6)) {
@@ -228,10 +251,12 @@ impl Polygons {
         };
         let best = fan(self.normals[polygon]);
         // With all vertices in their cells one way to cut it looks along the edge, whatever the normals say.
-        if best.1 > 0.0 { best } else { (fan(self.outward[polygon]).0, best.1) }
+        if best.1 >= 0.0 { best } else { (fan(self.outward[polygon]).0, best.1) }
     }
 
-    /// Moves vertices back where a triangle looks against the surface: into their cells, then to their crossings' mean.
+    /// Moves vertices where a triangle looks against the surface, in turn: to the corner that they see, where another
+    /// vertex lies already; to another vertex on the feature; back into their cells; to the mean of their crossings.
+    /// The first two leave triangles without area, but nothing of the shape is lost.
     pub(super) fn unfold(
         &mut self,
         scene: &Scene<'_>,
@@ -239,27 +264,57 @@ impl Polygons {
         sheets: &Sheets,
         report: &mut SharpReport,
     ) {
-        for last in [false, true] {
-            let bad: Vec<usize> =
-                (0..self.len()).into_par_iter().filter(|&i| self.best_fan(i).1 <= 0.0).collect();
-            let mut moved: Vec<u32> = bad.iter().flat_map(|&i| self.corners_of(i).iter().copied()).collect();
-            moved.retain(|&v| (v as usize) < sheets.all.len());
-            moved.sort_unstable();
-            moved.dedup();
-            for v in moved {
-                let (one, low) = (&mut self.vertices[v as usize], sheets.all[v as usize].cell.as_dvec3());
-                let q = scene.frame.local(one.at);
-                if last {
-                    let wanted = hermite.wanted(scene, sheets.edges_of(v), low, low + 1.0);
-                    let mean = unit(wanted.planes.iter().map(|p| p.normal).sum());
-                    *one = Placed { at: wanted.mass(), fallback: true, kind: Kind::Smooth, ..*one };
-                    one.normal = if mean == DVec3::ZERO { one.normal } else { mean };
-                } else if q.cmplt(low).any() || q.cmpgt(low + 1.0).any() {
-                    (one.at, one.clamped) = (scene.frame.world(q.clamp(low, low + 1.0)), true);
+        for turn in [Turn::Corner, Turn::Neighbour, Turn::Cell, Turn::Mean] {
+            let bad: Vec<usize> = (0..self.len()).into_par_iter().filter(|&i| self.is_folded(i)).collect();
+            for polygon in bad {
+                let corners: Vec<u32> = self.corners_of(polygon).to_vec();
+                for &v in corners.iter().filter(|v| (**v as usize) < sheets.all.len()) {
+                    self.back(turn, v, &corners, scene, hermite, sheets);
                 }
             }
         }
-        report.flipped = (0..self.len()).into_par_iter().filter(|&i| self.best_fan(i).1 < 0.0).count() as u64;
+        report.flipped = (0..self.len()).into_par_iter().filter(|&i| self.is_folded(i)).count() as u64;
+    }
+
+    fn back(
+        &mut self,
+        turn: Turn,
+        v: u32,
+        corners: &[u32],
+        scene: &Scene<'_>,
+        hermite: &Hermite,
+        sheets: &Sheets,
+    ) {
+        let (one, low) = (self.vertices[v as usize], sheets.all[v as usize].cell.as_dvec3());
+        let q = scene.frame.local(one.at);
+        let is_beyond = q.cmplt(low).any() || q.cmpgt(low + 1.0).any();
+        let moved = match turn {
+            Turn::Corner => {
+                let Ok(i) = sheets.corners.binary_search_by_key(&(v as usize), |c| c.by) else { return };
+                let Corner { at, normal, .. } = sheets.corners[i];
+                Placed { at, normal, kind: Kind::Corner, ..one }
+            }
+            Turn::Neighbour if is_beyond && one.kind == Kind::Edge => {
+                let others = corners.iter().filter(|w| **w != v).map(|w| self.vertices[*w as usize]);
+                let others = others.filter(|other| other.kind != Kind::Smooth);
+                let nearer = |a: Placed, b: Placed| {
+                    if b.at.distance(one.at) < a.at.distance(one.at) { b } else { a }
+                };
+                let Some(other) = others.reduce(nearer) else { return };
+                Placed { at: other.at, normal: other.normal, ..one }
+            }
+            Turn::Cell if is_beyond => {
+                Placed { at: scene.frame.world(q.clamp(low, low + 1.0)), clamped: true, ..one }
+            }
+            Turn::Mean => {
+                let wanted = hermite.wanted(scene, sheets.edges_of(v), low, low + 1.0);
+                let mean = unit(wanted.planes.iter().map(|p| p.normal).sum());
+                let normal = if mean == DVec3::ZERO { one.normal } else { mean };
+                Placed { at: wanted.mass(), normal, fallback: true, kind: Kind::Smooth, ..one }
+            }
+            _ => return,
+        };
+        self.vertices[v as usize] = moved;
     }
 
     /// The polygons cut into triangles.
