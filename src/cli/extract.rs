@@ -189,7 +189,7 @@ impl Job<'_> {
         let args = self.args;
         if let Some(gpu) = gpu {
             let track = args.method.track;
-            let made = if track { todo!() } else { self.sweep_on_gpu(&gpu).map_err(TrackError::from) };
+            let made = if track { self.track_on_gpu(&gpu) } else { self.sweep_on_gpu(&gpu).map_err(TrackError::from) };
             match made {
                 Ok(done) => return Ok(done),
                 // Chosen by us, not by the user: take the path that can.
@@ -239,7 +239,9 @@ impl Job<'_> {
 fn is_limit_of_gpu(error: &TrackError) -> bool {
     matches!(
         error,
-        TrackError::Extract(
+        TrackError::Slabs { .. }
+            | TrackError::Labels { .. }
+            | TrackError::Extract(
                 ExtractError::Budget { .. }
                     | ExtractError::Binding { .. }
                     | ExtractError::FieldData { .. }

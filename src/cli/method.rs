@@ -6,7 +6,7 @@ use super::args::{Backend, ExtractArgs, MethodArg, MethodArgs, NormalsArg};
 use super::source::Loaded;
 use super::values::RefineArg;
 use super::watchdog::{EXTRACTING, Watchdog};
-use crate::extract::{Options, Report};
+use crate::extract::{Extractor, Options, Report};
 use crate::field::Surface;
 use crate::gpu::Gpu;
 use crate::grid::Grid;
@@ -16,7 +16,7 @@ use crate::refine::{self, RefineReport};
 use crate::scene;
 use crate::sharp;
 use crate::stage::params::Params;
-use crate::track::{self, Seeds, TrackReport};
+use crate::track::{self, Seeds, TrackError, TrackReport};
 use serde_json::{Value, json};
 
 /// The most seeds without surface that are told one by one.
@@ -84,7 +84,6 @@ fn seeds(args: &MethodArgs, loaded: &Loaded) -> Seeds {
 
 impl Job<'_> {
     /// Follows the surface on the GPU.
-    #[cfg(any())]
     pub fn track_on_gpu(&self, gpu: &Gpu) -> Result<Done, TrackError> {
         let watchdog = Watchdog::new(self.args.run.time_limit, EXTRACTING);
         let extractor = Extractor::new(gpu.clone())?;
@@ -239,7 +238,10 @@ impl Job<'_> {
     /// Refines a mesh where it lies.
     pub fn refine(&self, made: Made, settings: &refine::Settings) -> Result<(Made, Value), Failure> {
         let (surface, _) = surface(self.loaded, self.options)?;
-        let Made::Cpu(mesh) = made else { todo!() };
+        let mesh = match made {
+            Made::Cpu(mesh) => mesh,
+            Made::Gpu(made) => made.1.read(&made.0).map_err(Failure::run)?,
+        };
         let tell = |part| self.progress.set(part);
         let (mesh, told) = refine::refine(&surface, &mesh, settings, &tell).map_err(Failure::usage)?;
         self.remark_on_refining(&told);
