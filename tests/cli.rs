@@ -4,6 +4,8 @@
 mod bad_input;
 #[path = "cli/extract.rs"]
 mod extract;
+#[path = "cli/methods.rs"]
+mod methods;
 #[path = "cli/other.rs"]
 mod other;
 #[path = "cli/points.rs"]

@@ -1,0 +1,164 @@
+//! The methods beside the sweep: --track, --refine, --sharp, --method; and `accuracy`.
+
+use super::program::{cpu_alone, done, folder, isoforge};
+use isoforge::mesh::Mesh;
+use isoforge::mesh::read::read;
+use std::path::Path;
+
+const TWO_BALLS: &str = "min(sqrt((x-0.7)^2 + y^2 + z^2) - 0.4, sqrt((x+0.7)^2 + y^2 + z^2) - 0.3)";
+
+/// The mesh of a formula with more flags, and what was said.
+fn mesh(here: &Path, formula: &str, more: &[&str]) -> (Mesh, String) {
+    let args = [&["extract", formula, "-n", "40", "-o", "m.ply"], more].concat();
+    let said = done(here, &args).err;
+    (read(&here.join("m.ply")).expect("a mesh"), said)
+}
+
+#[test]
+fn a_track_reaches_what_its_seeds_lie_on() {
+    let here = folder();
+    let (whole, _) = mesh(here.path(), TWO_BALLS, &["--backend", "cpu"]);
+    let (found, said) = mesh(here.path(), TWO_BALLS, &["--track"]);
+    assert_eq!(found, whole, "every component");
+    assert!(said.contains("every component of the sampled grid is found"), "{said}");
+    let (left, _) = mesh(here.path(), TWO_BALLS, &["--track", "--seed", "-0.7,0,0"]);
+    assert_eq!(left.check().components, 1);
+    assert!(left.vertices.iter().all(|v| v.position[0] < 0.0));
+    let (both, said) = mesh(here.path(), TWO_BALLS, &["--track", "--seed", "-0.7,0,0", "--seed", "0.7,0,0", "--seed", "9,0,0"]);
+    assert_eq!(both, whole);
+    assert!(said.contains("[9, 0, 0] lies outside the grid"), "{said}");
+    let (coarse, _) = mesh(here.path(), TWO_BALLS, &["--track", "--coarse", "4"]);
+    assert_eq!(coarse, whole);
+    if !cpu_alone() {
+        let (on_gpu, _) = mesh(here.path(), TWO_BALLS, &["--track", "--seed", "-0.7,0,0", "--backend", "gpu"]);
+        assert_eq!(on_gpu, left);
+    }
+}
+
+#[test]
+fn refined_sharp_and_adaptive() {
+    let here = folder();
+    let cut = "max(sqrt(x^2 + y^2 + z^2) - 1, 0.6 - x)";
+    let (plain, _) = mesh(here.path(), cut, &["--backend", "cpu"]);
+    for flags in [&["--refine"][..], &["--sharp"], &["--method", "dmc"], &["--method", "octree"], &["--sharp", "--refine"]] {
+        let (found, said) = mesh(here.path(), cut, &[flags, &["--stats", "s.json", "--png", "m.png"]].concat());
+        let report = found.check();
+        assert!(report.is_closed_manifold() && report.genus == Some(0), "{flags:?}: {report:?}");
+        let growth = found.triangles.len() as f64 / plain.triangles.len() as f64;
+        let expected = match flags {
+            ["--method", ..] => 0.05..0.7,
+            ["--sharp"] => 0.9..1.1,
+            _ => 1.0..6.0,
+        };
+        assert!(expected.contains(&growth), "{flags:?}: {growth} {said}");
+        let stats: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(here.path().join("s.json")).unwrap()).unwrap();
+        assert_eq!(stats["triangles"], found.triangles.len());
+        assert_eq!(stats["refined"].is_object(), flags.contains(&"--refine"));
+        assert_eq!(stats["method"].is_object(), flags != ["--refine"]);
+    }
+}
+
+/// The settings of a scene's `refine` are those of `--refine`, where that does not say otherwise.
+#[test]
+fn refine_takes_the_scenes_words() {
+    let here = folder();
+    let scene = "cells = 20\nrefine = { flatness = 0.99, depth = 'levels' }\n[parameters]\nlevels = 1\n\
+                 [nodes.ball]\nkind = 'sphere'\nradius = 1";
+    std::fs::write(here.path().join("s.toml"), scene).expect("a file");
+    let triangles = |more: &[&str]| {
+        done(here.path(), &[&["extract", "s.toml", "-L", "1.2", "-o", "m.off"], more].concat());
+        read(&here.path().join("m.off")).expect("a mesh").triangles.len()
+    };
+    let (plain, one) = (triangles(&[]), triangles(&["--refine"]));
+    assert!(one > plain);
+    assert!(triangles(&["--refine", "--param", "levels=2"]) > one);
+    assert_eq!(triangles(&["--refine", "depth=0"]), plain);
+    assert_eq!(triangles(&["--refine", "flatness=0.5"]), plain);
+}
+
+#[test]
+fn flags_that_say_nothing_together() {
+    let here = folder();
+    for (flags, words) in [
+        (&["--sharp", "--method", "dmc"][..], "--sharp is of the uniform grid"),
+        (&["--track", "--sharp"], "--track follows marching cubes alone"),
+        (&["--seed", "0,0,0"], "--track"),
+        (&["--error", "0.1"], "--error is of --method dmc"),
+        (&["--most-cells", "9"], "--most-cells is of --method dmc"),
+        (&["--method", "dmc", "--backend", "gpu"], "leave out --backend gpu"),
+        (&["--method", "dmc", "--error", "-1"], "--error: the error bound is -1"),
+        (&["--method", "octree", "--error", "0"], "--error: the error bound is 0"),
+        (&["--method", "dmc", "--most-cells", "0"], "--most-cells"),
+        (&["--refine", "flatness=1.5"], "flatness is 1.5: give the cosine"),
+        (&["--refine", "flatness=-1"], "above -1"),
+        (&["--refine", "epsilon=0"], "epsilon is 0"),
+        (&["--refine", "step=0"], "step is 0"),
+        (&["--refine", "depth=11"], "at most"),
+        (&["--refine", "depth=1.5"], "whole number"),
+        (&["--refine", "bend=1"], "there are flatness, epsilon, depth, step"),
+        (&["--sharp", "--normals", "forward"], "--normals"),
+    ] {
+        let run = isoforge(here.path(), &[&["extract", "sphere", "-n", "8"], flags].concat());
+        assert_eq!(run.code, Some(2), "{flags:?}: {}", run.err);
+        assert!(run.err.contains(words) && !run.err.contains("panicked"), "{flags:?}: {}", run.err);
+    }
+    for (flags, words) in [
+        (&["--track", "--seed", "9,9,9"][..], "lies outside the grid"),
+        (&["--track", "--seed", "nan,0,0"], "give finite numbers"),
+        (&["--track", "--coarse", "0"], "coarse lattice is 0"),
+        (&["--track", "--search", "0"], "0 cells"),
+    ] {
+        let run = isoforge(here.path(), &[&["extract", "sphere", "-n", "8"], flags].concat());
+        assert_eq!(run.code, Some(1), "{flags:?}: {}", run.err);
+        assert!(run.err.contains(words) && !run.err.contains("panicked"), "{flags:?}: {}", run.err);
+    }
+}
+
+/// An octree whose budget runs out says how far it got, and the mesh is whole.
+#[test]
+fn a_budget_that_runs_out() {
+    let here = folder();
+    let (found, said) = mesh(here.path(), TWO_BALLS, &["--method", "dmc", "--most-cells", "300"]);
+    assert!(said.contains("budget of cells ran out") && said.contains("unsplit"), "{said}");
+    assert!(found.check().is_closed_manifold(), "{said}");
+}
+
+#[test]
+fn accuracy_prints_a_table_and_json() {
+    let here = folder();
+    let out = done(here.path(), &["accuracy", "sphere", "torus", "-n", "16", "--refine", "flatness=0.9,depth=2"]).out;
+    for word in ["sphere, 16x16x16 cells", "torus, ", "uniform", "refined", "sharp", "dmc", "octree", "welded"] {
+        assert!(out.contains(word), "{word}: {out}");
+    }
+    let out = done(here.path(), &["accuracy", "sphere", "-n", "16", "--json", "-"]).out;
+    let tables: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    let rows = tables[0]["rows"].as_array().expect("rows");
+    let of = |name: &str, key: &str| {
+        rows.iter().find(|row| row["method"] == name).and_then(|row| row[key].as_f64()).expect(name)
+    };
+    assert_eq!(of("uniform", "points"), 3.0 * of("uniform", "triangles"));
+    assert!(of("refined", "distance_rms") < of("uniform", "distance_rms"));
+    let run = isoforge(here.path(), &["accuracy", "sphree"]);
+    assert!(run.code == Some(2) && run.err.contains("sphree"), "{}", run.err);
+}
+
+/// The claim of the 2003 module, and more: no more than 45 % of the triangles of the uniform mesh whose error is as
+/// small, on its three scenes.
+#[test]
+fn the_scenes_of_2003() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/scenes");
+    let names = ["kugeldiff", "metaflight", "kugelzylinder"].map(|name| format!("{name}.toml"));
+    let args = [&["accuracy", "--json", "-"], &names.each_ref().map(String::as_str)[..]].concat();
+    let tables: serde_json::Value = serde_json::from_str(&done(&folder, &args).out).expect("JSON");
+    for table in tables.as_array().expect("tables") {
+        let rows = table["rows"].as_array().expect("rows");
+        let (refined, equal) = (&rows[1], rows.last().expect("rows"));
+        let number = |row: &serde_json::Value, key: &str| row[key].as_f64().expect("a number");
+        let ratio = number(refined, "triangles") / number(equal, "triangles");
+        assert!(ratio <= 0.45, "{table}");
+        // The uniform grid was made fine enough for the mean error; the largest is the refined mesh's to win.
+        assert!(number(refined, "distance_max") <= number(equal, "distance_max"), "{table}");
+        assert!(number(equal, "distance_rms") > 0.9 * number(refined, "distance_rms"), "{table}");
+    }
+}
