@@ -42,28 +42,30 @@ fn advance(@builtin(local_invocation_index) lane: u32) {
     }
 }
 
-// One workgroup a brick, one invocation each of the 26 bricks around it: does the surface cross an edge between the
-// points that both share? Those are a plane, or a line; a single point has no edge.
-@compute @workgroup_size(32)
+// One workgroup a brick, one invocation each of the six bricks beside it: does the surface cross an edge between points
+// of the plane that both share? Bricks with only a line in common are reached by way of these.
+@compute @workgroup_size(8)
 fn spread(
     @builtin(local_invocation_index) lane: u32,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let slot = slot_of(group, groups);
-    if slot >= batch_end(work.active_bricks) || lane >= 27u {
+    if slot >= batch_end(work.active_bricks) || lane >= 6u {
         return;
     }
-    let origin = brick_origin(active_list[slot]);
-    let way = vec3<i32>(vec3<u32>(lane % 3u, (lane / 3u) % 3u, lane / 9u)) - 1;
-    let axes = dot(way, way);
+    let brick = active_list[slot];
+    let origin = brick_origin(brick);
+    let axis = vec3<u32>(0u, 1u, 2u) == vec3<u32>(lane / 2u);
+    let up = (lane & 1u) == 1u;
+    let way = vec3<i32>(select(vec3<i32>(0), vec3<i32>(select(-1, 1, up)), axis));
     let there = vec3<i32>(origin / 8u) + way;
-    if axes == 0 || axes == 3 || any(there < vec3<i32>(0)) || any(there >= vec3<i32>(params.slab_extent)) {
+    if any(there < vec3<i32>(0)) || any(there >= vec3<i32>(params.slab_extent)) {
         return;
     }
-    let last = min(params.points - 1u - origin, vec3<u32>(8u));
-    let low = select(vec3<u32>(0u), vec3<u32>(8u), way > vec3<i32>(0));
-    let high = select(select(last, vec3<u32>(8u), way > vec3<i32>(0)), vec3<u32>(0u), way < vec3<i32>(0));
+    let plane = vec3<u32>(select(0u, 8u, up));
+    let low = select(vec3<u32>(0u), plane, axis);
+    let high = select(min(params.points - 1u - origin, vec3<u32>(8u)), plane, axis);
     var some = false;
     var every = true;
     for (var z = low.z; z <= high.z; z++) {
@@ -80,8 +82,8 @@ fn spread(
         return;
     }
     let at = vec3<u32>(there);
-    let brick = at.x + params.slab_extent.x * (at.y + params.slab_extent.y * at.z);
-    if atomicExchange(&marks[2u * brick], 1u) == 0u {
-        queue[atomicAdd(&work.queued, 1u)] = brick;
+    let beside = at.x + params.slab_extent.x * (at.y + params.slab_extent.y * at.z);
+    if atomicExchange(&marks[2u * beside], 1u) == 0u {
+        queue[atomicAdd(&work.queued, 1u)] = beside;
     }
 }

@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
-use glam::{IVec3, UVec3};
+use glam::UVec3;
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -212,9 +212,10 @@ fn sorted(all: Vec<Kept>, count: usize) -> Kept {
 
 /// Adds to `next` the bricks beside `brick` that the surface leads to: those with which it shares points on both sides.
 ///
-/// Bricks share a plane of points or a line of them (or one, which does not count). Points of a plane on both sides
-/// have a crossed edge between two of them, and that edge's cells and owner lie in the bricks that share it: so
-/// bricks that are reached hold all of every component that they hold a part of.
+/// Two bricks with a face in common share a plane of points. Points of it on both sides have a crossed edge between
+/// two of them. An edge whose cells and owner lie in four bricks lies in the planes between each two of them, so all
+/// four are reached, the one across by two steps. So bricks that are reached hold all of every component that they
+/// hold a part of.
 pub(super) fn spread(
     params: &Params,
     inside: Inside,
@@ -224,46 +225,34 @@ pub(super) fn spread(
 ) {
     let [nx, ny, nz] = samples.extent;
     let mut rows = [0u32; 81];
-    let (mut any, mut every) = (0, u32::MAX);
     for z in 0..nz {
         for y in 0..ny {
-            let bits = inside.row(samples.row(y, z));
-            rows[y + 9 * z] = bits;
-            any |= bits;
-            every &= bits;
+            rows[y + 9 * z] = inside.row(samples.row(y, z));
         }
     }
-    let whole = (1 << nx) - 1;
-    if any == 0 || every & whole == whole {
-        return;
-    }
-    let extent = IVec3::from(params.slab_extent.map(|n| n as i32));
-    let place = (params.brick_origin(brick) / 8).as_ivec3();
-    for way in 0..27 {
-        let way = IVec3::new(way % 3, way / 3 % 3, way / 9) - 1;
-        let there = place + way;
-        let outside = there.cmplt(IVec3::ZERO).any() || there.cmpge(extent).any();
-        if outside || matches!(way.abs().element_sum(), 0 | 3) {
-            continue;
-        }
-        // The shared points, first and last along each axis: all, the first or the ninth.
-        let shared = |k: usize, n: usize| match way[k] {
-            0 => (0, n - 1),
-            1 => (8, 8),
-            _ => (0, 0),
-        };
-        let [x, y, z] = [shared(0, nx), shared(1, ny), shared(2, nz)];
-        let mask = (2 << x.1) - (1 << x.0);
-        let (mut any, mut every) = (0, mask);
-        for z in z.0..=z.1 {
-            for y in y.0..=y.1 {
-                any |= rows[y + 9 * z] & mask;
-                every &= rows[y + 9 * z];
+    let [bx, by, _] = params.slab_extent;
+    let strides = [1, bx, bx * by];
+    let place = (params.brick_origin(brick) / 8).to_array();
+    for axis in 0..3 {
+        // The shared points, first and last along each axis.
+        let is_mixed = |plane: usize| {
+            let (mut first, mut last) = ([0; 3], [nx - 1, ny - 1, nz - 1]);
+            (first[axis], last[axis]) = (plane, plane);
+            let mask = (2 << last[0]) - (1 << first[0]);
+            let (mut any, mut every) = (0, mask);
+            for z in first[2]..=last[2] {
+                for y in first[1]..=last[1] {
+                    any |= rows[y + 9 * z] & mask;
+                    every &= rows[y + 9 * z];
+                }
             }
+            any != 0 && every != mask
+        };
+        if place[axis] > 0 && is_mixed(0) {
+            next.push(brick - strides[axis]);
         }
-        if any != 0 && every != mask {
-            let [x, y, z] = there.as_uvec3().to_array();
-            next.push(x + params.slab_extent[0] * (y + params.slab_extent[1] * z));
+        if place[axis] + 1 < params.slab_extent[axis] && is_mixed(8) {
+            next.push(brick + strides[axis]);
         }
     }
 }

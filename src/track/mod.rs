@@ -13,7 +13,7 @@
 //! then what was found is wanted.
 //!
 //! Why bricks and not cells one by one: a cell's step evaluates four new corners, of which neighbours share most, one
-//! place at a time; a brick takes 9³ samples, which a field evaluates 8 or 16 at a time, and goes
+//! place at a time; a brick takes 9³ samples, which a field evaluates many at a time, and goes
 //! through the same stages as in the sweep. `benches/NOTES.md` has both measured.
 //!
 //! Nothing is as large as the grid: 10,000³ cells are a matter of the surface in them.

@@ -39,8 +39,8 @@ fn seeds(i: u64, random: &mut Random) -> Seeds {
     }
 }
 
-/// Goes red when `spread` (shaders/track.wgsl) takes only the first invocation's way or the low planes for the high ones, when
-/// `jump` (shaders/components.wgsl) lets labels rise, and when `gather` forgets to renumber.
+/// Goes red when `spread` (shaders/track.wgsl) takes the low planes for the high ones, and when `gather`
+/// (shaders/components.wgsl) forgets to renumber.
 #[test]
 fn as_on_the_cpu() {
     let mut dropped = 0;
@@ -65,7 +65,6 @@ fn as_on_the_cpu() {
 }
 
 /// A frontier of more bricks than a batch holds waits its turn.
-/// Goes red when `advance` takes more than a batch.
 #[test]
 fn in_batches() {
     let Some(extractor) = common::extractor() else { return };

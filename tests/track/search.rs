@@ -10,7 +10,6 @@ use isoforge::grid::Grid;
 use isoforge::track::{Seeds, track};
 
 /// A large ball, and tiny ones around single grid points that a coarse lattice steps over. The search finds all of them.
-/// Goes red when the search drops boxes whose interval straddles iso, or its corners are those of the next box.
 #[test]
 fn tiny_components() {
     let mut random = Random(3);
