@@ -10,9 +10,10 @@
 //! edges ─► marks: not flat ─► closure: the longest, too ─► midpoints, projected ─► flips taken back ─► triangles
 //! ```
 //!
-//! How it differs from the paper: a triangle with a split edge also gets its longest edge split (Rivara 1984), so that
+//! How it differs from the paper: an edge that lies in the tangent plane at one of its ends is flat, too; a triangle with a split edge also gets its longest edge split (Rivara 1984), so that
 //! triangles keep their shape while only the edges along a bend are split; and midpoints are sought along
-//! the normals that the ends have, which at a sharp edge of the solid leads towards the sharp edge.
+//! the sum of the normals at the ends, where these differ much from the line on which the tangent planes there meet:
+//! so vertices come to lie on the sharp edges of a solid.
 //!
 //! Vertices of the start mesh keep their numbers; new ones follow in the order of their edges, level after level.
 //! The parts of a triangle stand where it stood. All of that follows from the mesh and the field alone.
@@ -32,7 +33,7 @@ use edges::Edges;
 use glam::{Mat3, Vec3};
 use place::{Tally, Task, place};
 use rayon::prelude::*;
-use split::{NONE, close, cut, faces_outwards, is_flat, part_count};
+use split::{NONE, area, close, cut, faces_outwards, is_flat, part_count};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -61,7 +62,13 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { flatness: 0.95, epsilon: 1e-4, depth: 5, border: None, most_triangles: u64::from(u32::MAX) / 3 }
+        Self {
+            flatness: 0.95,
+            epsilon: 1e-4,
+            depth: 5,
+            border: None,
+            most_triangles: u64::from(u32::MAX) / 3,
+        }
     }
 }
 
@@ -205,7 +212,12 @@ fn proper(mesh: &Mesh, settings: &Settings) -> Result<(Mesh, u64), RefineError> 
 
 impl Settings {
     fn too_large(&self, level: u32, vertices: u64, triangles: u64) -> RefineError {
-        RefineError::TooLarge { level, vertices, triangles, limit: self.most_triangles.min(u64::from(u32::MAX) / 3) }
+        RefineError::TooLarge {
+            level,
+            vertices,
+            triangles,
+            limit: self.most_triangles.min(u64::from(u32::MAX) / 3),
+        }
     }
 }
 
@@ -241,10 +253,13 @@ fn start(surface: &Surface<'_>, mesh: &mut Mesh, settings: &Settings) -> Result<
     let tasks: Vec<Task> = start.iter().zip(&longest).map(|(v, l)| Task::of_start(settings, v, *l)).collect();
     let mut placed = vec![false; start.len()];
     let mut tally = place(surface, &tasks, &mut mesh.vertices, &mut placed)?;
-    let was_good: Vec<bool> = mesh.triangles.par_iter().map(|&t| faces_outwards(&start, t)).collect();
-    let taken_back = take_back(&mut mesh.vertices, &mut placed, 0, &tasks, |vertices, bad| {
-        mesh.triangles.par_iter().zip(&was_good).for_each(|(&triangle, was_good)| {
-            if *was_good && !faces_outwards(vertices, triangle) {
+    let taken_back = take_back(&mut mesh.vertices, &mut placed, 0, &tasks, |vertices, moved, bad| {
+        mesh.triangles.par_iter().for_each(|&triangle| {
+            if !triangle.iter().any(|&i| moved[i as usize]) {
+                return;
+            }
+            let before = area(&start, triangle);
+            if before != Vec3::ZERO && !faces_outwards(vertices, triangle, before) {
                 triangle.iter().for_each(|&i| bad[i as usize].store(true, Ordering::Relaxed));
             }
         });
@@ -261,15 +276,18 @@ fn take_back(
     placed: &mut [bool],
     first: usize,
     tasks: &[Task],
-    find: impl Fn(&[Vertex], &[AtomicBool]),
+    find: impl Fn(&[Vertex], &[bool], &[AtomicBool]),
 ) -> u64 {
     let mut all = 0;
+    // Only triangles of which a vertex has moved are worth a look.
+    let mut moved = vec![true; placed.len()];
     loop {
         let bad: Vec<AtomicBool> = placed.iter().map(|_| false.into()).collect();
-        find(vertices, &bad);
+        find(vertices, &moved, &bad);
         let mut count = 0;
         for (i, bad) in bad.into_iter().enumerate() {
-            if bad.into_inner() && placed[i] {
+            moved[i] = bad.into_inner() && placed[i];
+            if moved[i] {
                 placed[i] = false;
                 vertices[first + i] = tasks[i].fallback;
                 count += 1;
@@ -293,7 +311,7 @@ fn refine_once(
     let at = |i: u32| &mesh.vertices[i as usize];
     let lengths: Vec<f32> = edges.ends.par_iter().map(|&[a, b]| length(at(b).at() - at(a).at())).collect();
     let bent = |(&[a, b], &length): (&[u32; 2], &f32)| {
-        length > 2.0 * settings.epsilon && !is_flat(at(a), at(b), settings.flatness)
+        length > 2.0 * settings.epsilon && !is_flat(at(a), at(b), length, settings.flatness)
     };
     let mut marks: Vec<bool> = edges.ends.par_iter().zip(&lengths).map(bent).collect();
     let bent = marks.iter().filter(|&&m| m).count();
@@ -317,20 +335,31 @@ fn refine_once(
         return Err(settings.too_large(number, vertices, triangles));
     }
 
-    let tasks: Vec<Task> =
-        split.par_iter().map(|&[a, b]| Task::of_middle(settings, at(a), at(b))).collect();
+    let tasks: Vec<Task> = split.par_iter().map(|&[a, b]| Task::of_middle(settings, at(a), at(b))).collect();
     let mut placed = vec![false; split.len()];
     mesh.vertices.resize(first + split.len(), Vertex::default());
     let mut tally = place(surface, &tasks, &mut mesh.vertices[first..], &mut placed)?;
-    let taken_back = take_back(&mut mesh.vertices, &mut placed, first, &tasks, |vertices, bad| {
-        mesh.triangles.par_iter().zip(&edges.of).for_each(|(&corners, of)| {
+    let taken_back = take_back(&mut mesh.vertices, &mut placed, first, &tasks, |vertices, moved, bad| {
+        mesh.triangles.par_iter().zip(&edges.of).with_min_len(CHUNK).for_each(|(&corners, of)| {
             let middles = middles_of(of);
-            if part_count(middles) == 1 || !faces_outwards(vertices, corners) {
+            if !middles.iter().any(|&m| m != NONE && moved[m as usize - first]) {
                 return;
             }
-            if !cut(vertices, corners, middles).as_slice().iter().all(|&t| faces_outwards(vertices, t)) {
-                for middle in middles.into_iter().filter(|&m| m != NONE) {
-                    bad[middle as usize - first].store(true, Ordering::Relaxed);
+            let whole = area(vertices, corners);
+            if whole == Vec3::ZERO {
+                return;
+            }
+            if !cut(vertices, corners, middles).as_slice().iter().all(|&t| faces_outwards(vertices, t, whole))
+            {
+                // One at a time, the one that went farthest: what the others have gained may stay.
+                let far = |m: u32| {
+                    let (vertex, task) = (&vertices[m as usize], &tasks[m as usize - first]);
+                    length(vertex.at() - task.fallback.at())
+                };
+                let moved = middles.into_iter().filter(|&m| m != NONE).map(|m| (far(m), m));
+                let farthest = moved.fold((0.0, NONE), |a, b| if b.0 > a.0 { b } else { a });
+                if farthest.1 != NONE {
+                    bad[farthest.1 as usize - first].store(true, Ordering::Relaxed);
                 }
             }
         });

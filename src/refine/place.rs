@@ -14,6 +14,9 @@ const TASK: usize = 512;
 /// How far a midpoint may move, and a start vertex, in parts of its edge or its longest edge.
 const REACH: f32 = 0.5;
 
+/// The cosine of the angle between the normals at an edge's ends from which on a crease is expected.
+const CREASE: f32 = 0.7;
+
 /// How placing went.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Tally {
@@ -61,11 +64,41 @@ impl Task {
         let tan = ((1.0 - cos) / (1.0 + cos)).sqrt();
         let guess = (edge * 0.625) * tan;
         let hint = direction * if guess > settings.epsilon { guess } else { settings.epsilon };
-        let search = Search::new(middle, edge * REACH, settings.epsilon)
-            .with_hint(hint)
-            .with_free(settings.free(p, q));
+        let free = settings.free(p, q);
+        let start = middle + towards_crease(a, b, edge) * free;
+        let search = Search::new(start, edge * REACH, settings.epsilon).with_hint(hint).with_free(free);
         Self { search, fallback: Vertex { position: middle.into(), normal: direction.into() } }
     }
+}
+
+/// From the middle of an edge to the nearest point of the line where the tangent planes at its ends meet, if they
+/// meet at a large angle: there lies the sharp edge of a solid that the edge runs across. Goes along the edge by a part
+/// only, so that no end is reached.
+fn towards_crease(a: &Vertex, b: &Vertex, edge: f32) -> Vec3 {
+    let (n, m) = (Vec3::from(a.normal), Vec3::from(b.normal));
+    let cos = dot(n, m);
+    if !(cos < CREASE && cos > -0.99 && edge > 0.0) {
+        return Vec3::ZERO;
+    }
+    let half = (b.at() - a.at()) * 0.5;
+    // n · x = n · (a − middle), m · x = m · (b − middle), x in the plane of both normals.
+    let (to_a, to_b) = (-dot(n, half), dot(m, half));
+    let rest = 1.0 - cos * cos;
+    let x = n * ((to_a - cos * to_b) / rest) + m * ((to_b - cos * to_a) / rest);
+    let direction = half / (edge * 0.5);
+    let along = dot(x, direction);
+    let across = x - direction * along;
+    let (most_along, most_across) = (edge * 0.3, edge * REACH);
+    let along = if along > most_along {
+        most_along
+    } else if along < -most_along {
+        -most_along
+    } else {
+        along
+    };
+    let far = length(across);
+    let across = if far > most_across { across * (most_across / far) } else { across };
+    direction * along + across
 }
 
 /// Places all, and says of each whether it lies on the surface now.

@@ -13,9 +13,15 @@ pub(super) fn dot(a: Vec3, b: Vec3) -> f32 {
     (a.x * b.x + a.y * b.y) + a.z * b.z
 }
 
-/// Whether two unit normals say that an edge is flat.
-pub(super) fn is_flat(a: &Vertex, b: &Vertex, flatness: f32) -> bool {
-    dot(a.normal.into(), b.normal.into()) >= flatness
+/// Whether an edge of this length runs along the surface: the normals at its ends differ little, or it lies in the
+/// tangent plane at one of them. So does an edge from a vertex on a sharp edge of the solid, which has
+/// the normal of one side, to one on the other side; over an arc that is not flat it is far from both planes, by the
+/// sine of half the angle.
+pub(super) fn is_flat(a: &Vertex, b: &Vertex, length: f32, flatness: f32) -> bool {
+    let (n, m) = (Vec3::from(a.normal), Vec3::from(b.normal));
+    let along = b.at() - a.at();
+    let least = (length * 0.5) * ((1.0 - flatness) * 0.5).sqrt();
+    dot(n, m) >= flatness || dot(n, along).abs() <= least || dot(m, along).abs() <= least
 }
 
 /// Which edge of a triangle is its longest: of equal ones the one with the lower number.
@@ -46,17 +52,19 @@ pub(super) fn close(edges: &Edges, lengths: &[f32], marks: &mut [bool]) {
     }
 }
 
-/// The way around a triangle: twice its area long.
-fn area(vertices: &[Vertex], [a, b, c]: [u32; 3]) -> Vec3 {
+/// The normal of a triangle, twice its area long.
+pub(super) fn area(vertices: &[Vertex], [a, b, c]: [u32; 3]) -> Vec3 {
     let [a, b, c] = [a, b, c].map(|i| vertices[i as usize].at());
     let (u, v) = (b - a, c - a);
     Vec3::new(u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x)
 }
 
-/// Whether a triangle faces the way that the normals of its corners do.
-pub(super) fn faces_outwards(vertices: &[Vertex], triangle: [u32; 3]) -> bool {
+/// Whether a triangle faces the way that the normals of its corners do, or the way that the triangle did that it
+/// is a part of: at a sharp edge one of them may mislead.
+pub(super) fn faces_outwards(vertices: &[Vertex], triangle: [u32; 3], whole: Vec3) -> bool {
     let [a, b, c] = triangle.map(|i| Vec3::from(vertices[i as usize].normal));
-    dot(area(vertices, triangle), (a + b) + c) > 0.0
+    let area = area(vertices, triangle);
+    dot(area, (a + b) + c) > 0.0 || dot(area, whole) > 0.0
 }
 
 /// The parts of a triangle.
@@ -82,7 +90,7 @@ pub(super) fn part_count(middles: [u32; 3]) -> u32 {
 /// both halves face outwards. The parts are wound as the whole is.
 pub(super) fn cut(vertices: &[Vertex], corners: [u32; 3], middles: [u32; 3]) -> Parts {
     // Turned so that an only midpoint, or an only edge without one, is the first.
-    let count = part_count(middles);
+    let (count, whole) = (part_count(middles), area(vertices, corners));
     let turn = match count {
         2 => middles.iter().position(|&m| m != NONE),
         3 => middles.iter().position(|&m| m == NONE),
@@ -97,11 +105,11 @@ pub(super) fn cut(vertices: &[Vertex], corners: [u32; 3], middles: [u32; 3]) -> 
     match count {
         2 => [*first, *second] = [[a, ab, c], [ab, b, c]],
         3 => {
-            [*first, *second] = halves(vertices, [a, b, bc, ca]);
+            [*first, *second] = halves(vertices, [a, b, bc, ca], whole);
             *third = [bc, c, ca];
         }
         4 => {
-            [*first, *second] = halves(vertices, [a, ab, bc, ca]);
+            [*first, *second] = halves(vertices, [a, ab, bc, ca], whole);
             [*third, *fourth] = [[ab, b, bc], [bc, c, ca]];
         }
         _ => {}
@@ -118,11 +126,11 @@ fn opposite_longest(vertices: &[Vertex], corners: [u32; 3]) -> usize {
 }
 
 /// A quadrilateral in two.
-fn halves(vertices: &[Vertex], [a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
+fn halves(vertices: &[Vertex], [a, b, c, d]: [u32; 4], whole: Vec3) -> [[u32; 3]; 2] {
     let at = |i: u32| vertices[i as usize].at();
     let along_ac = [[a, b, c], [a, c, d]];
     let along_bd = [[a, b, d], [b, c, d]];
-    let good = |halves: &[[u32; 3]; 2]| halves.iter().all(|&t| faces_outwards(vertices, t));
+    let good = |halves: &[[u32; 3]; 2]| halves.iter().all(|&t| faces_outwards(vertices, t, whole));
     let is_shorter = length(at(c) - at(a)) <= length(at(d) - at(b));
     let (preferred, other) = if is_shorter { (along_ac, along_bd) } else { (along_bd, along_ac) };
     if good(&preferred) || !good(&other) { preferred } else { other }
