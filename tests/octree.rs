@@ -219,7 +219,8 @@ fn the_error_bound_holds_and_errors_fall_with_it() {
             // Between the points that extraction looks at it may be a little more.
             let bound = if report.over == 0 { 1.25 * error } else { 1.25 * report.largest_error };
             assert!(largest <= f64::from(bound), "{name} {error}: {largest} {report:?}");
-            assert!(rms < 0.8 * last, "{name} {error}: {rms} after {last}");
+            // Where the smallest cells stop it, they are the error.
+            assert!(report.over > 0 || rms < 0.8 * last, "{name} {error}: {rms} after {last}");
             assert!(
                 report.over == 0 || (report.stopped > 0 && report.largest_error > error),
                 "{name} {report:?}"

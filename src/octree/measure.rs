@@ -1,14 +1,14 @@
 //! How far the mesh is from the surface, and which leaves to split for it.
 
 use super::tree::Tree;
-use super::triangles::is_flipped;
+use super::triangles::{Triangle, is_flipped};
 use super::{Contour, TASK};
 use crate::field::{NoForm, Surface};
 use glam::Vec3;
 use rayon::prelude::*;
 
 /// Where a triangle is looked at: its middle, its corners and the middles of its sides; one of leaves larger than
-/// [`SMALL`] at all 15 points of its division into quarters, too.
+/// [`SMALL`], or with much error there, at the other points of its division into quarters, too: a crease may lie between.
 const SAMPLES: [[f32; 3]; 16] = [
     [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
     [0.5, 0.5, 0.0],
@@ -62,23 +62,30 @@ pub fn measure(
         .triangles
         .par_chunks(TASK / 4)
         .map(|triangles| {
-            let mut points = Vec::with_capacity(triangles.len() * SAMPLES.len());
-            let mut hints = Vec::with_capacity(points.capacity());
-            let mut counts = Vec::with_capacity(triangles.len());
-            for t in triangles {
-                let [a, b, c] = t.vertices.map(|v| contour.positions[v as usize]);
-                let polygon = &contour.dual.polygons[t.polygon as usize];
-                let owner = polygon.owner;
-                let large = polygon.corners.iter().any(|c| tree.nodes[c.leaf as usize].size > SMALL);
-                counts.push(if large { SAMPLES.len() } else { FEW });
-                for &[u, v, w] in &SAMPLES[..counts[counts.len() - 1]] {
-                    points.push(a * u + b * v + c * w);
-                    hints.push(tree.nodes[owner as usize].field);
+            let mut worst = vec![0.0f32; triangles.len()];
+            let mut look = |chosen: &[usize], samples: &[[f32; 3]]| {
+                let mut points = Vec::with_capacity(chosen.len() * samples.len());
+                let mut hints = Vec::with_capacity(points.capacity());
+                for t in chosen.iter().map(|&i| &triangles[i]) {
+                    let [a, b, c] = t.vertices.map(|v| contour.positions[v as usize]);
+                    let owner = contour.dual.polygons[t.polygon as usize].owner;
+                    points.extend(samples.iter().map(|[u, v, w]| a * u + b * v + c * w));
+                    hints.resize(points.len(), tree.nodes[owner as usize].field);
                 }
-            }
-            let distances = distances(tree, surface, &points, &hints, error)?;
-            let mut distances = distances.into_iter();
-            Ok(counts.iter().map(|&n| distances.by_ref().take(n).fold(0.0, f32::max)).collect())
+                let distances = distances(tree, surface, &points, &hints, error)?;
+                for (&i, of) in chosen.iter().zip(distances.chunks(samples.len())) {
+                    worst[i] = of.iter().copied().fold(worst[i], f32::max);
+                }
+                Ok::<_, NoForm>(worst.clone())
+            };
+            let first = look(&(0..triangles.len()).collect::<Vec<_>>(), &SAMPLES[..FEW])?;
+            let is_large = |t: &Triangle| {
+                let corners = &contour.dual.polygons[t.polygon as usize].corners;
+                corners.iter().any(|c| tree.nodes[c.leaf as usize].size > SMALL)
+            };
+            let closer: Vec<usize> =
+                (0..triangles.len()).filter(|&i| first[i] > 0.4 * error || is_large(&triangles[i])).collect();
+            if closer.is_empty() { Ok(first) } else { look(&closer, &SAMPLES[FEW..]) }
         })
         .collect::<Result<_, NoForm>>()?;
     let mut measured = Measured::default();
