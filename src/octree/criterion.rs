@@ -11,6 +11,9 @@ use crate::field::{NoForm, Surface};
 use crate::grid::Grid;
 use glam::{DVec3, UVec3, Vec3};
 
+/// Times ε that a node's error may be: the triangles have about a part of it, and those that have more are measured later.
+const SLACK: f64 = 1.5;
+
 /// The criterion's settings.
 pub struct Criterion<'a> {
     /// The surface.
@@ -96,7 +99,7 @@ impl Criterion<'_> {
             let (low, high) = world_box(self.grid, node.low, node.high());
             let clamp = |x: DVec3| x.clamp(low.as_dvec3(), high.as_dvec3());
             let (_, error) = minimiser(&planes, mean, f64::from(self.error) / 4.0, clamp);
-            if planes.is_empty() || error > f64::from(self.error) {
+            if planes.is_empty() || error > SLACK * f64::from(self.error) {
                 *verdict = Verdict::Split;
             }
         }

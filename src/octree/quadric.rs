@@ -17,6 +17,10 @@ const GAIN: f64 = 0.6;
 /// Directions whose share of the normals is smaller are not moved along: what is measured there is rounding.
 const NOISE: f64 = 1e-6;
 
+/// Where nothing but the height counts, the part of it that is gone: all of it lies above the surface by about as much
+/// as the mean of the points lies below, and triangles between such vertices are nearer to it in their middles.
+const HEIGHT: f64 = 0.75;
+
 /// The point for planes around `mean`, and its largest distance to a plane. Of the minimisers of the quadric error along
 /// one, two and three directions around `mean` the first that is within `enough` of all planes, or not much worse than the
 /// next: a flat or evenly curved surface keeps its vertices in the middle of their cells, creases and corners
@@ -32,19 +36,27 @@ pub fn minimiser(planes: &[Plane], mean: DVec3, enough: f64, clamp: impl Fn(DVec
     let (mut best, mut least) = (mean, error(mean));
     let (values, vectors) = eigen(ata);
     let mut x = mean;
+    let mut height = DVec3::ZERO;
     for j in 0..3 {
         // The first direction is always worth it: it is the height.
         if least <= enough && j > 0 || values[j] <= NOISE * values[0] || values[0] <= 0.0 {
             break;
         }
-        x += vectors[j] * (vectors[j].dot(atb) / values[j]);
+        let step = vectors[j] * (vectors[j].dot(atb) / values[j]);
+        if j == 0 {
+            height = step;
+        }
+        x += step;
         let at = clamp(x);
         let now = error(at);
         if now < least * if j == 0 { 1.0 } else { GAIN } {
             (best, least) = (at, now);
+            if j > 0 {
+                height = DVec3::ZERO;
+            }
         }
     }
-    (best, least)
+    (clamp(best - height * (1.0 - HEIGHT)), least)
 }
 
 /// Eigenvalues of a symmetric matrix, largest first, and unit eigenvectors (Jacobi rotations).

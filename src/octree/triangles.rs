@@ -6,6 +6,7 @@ use super::tree::Tree;
 use super::vertices::Crossing;
 use glam::Vec3;
 use rayon::prelude::*;
+use std::cmp::Ordering;
 use std::collections::HashMap;
 
 /// A triangle and the polygon it is of.
@@ -19,7 +20,7 @@ pub struct Triangle {
 
 /// The triangles, and the positions with those of vertices that had to be put between.
 ///
-/// A quad is cut along the diagonal that is nearer to the tangent plane at its edge's crossing. Two quads may have the
+/// A quad is cut such that no triangle is flipped, else along the diagonal nearer to the tangent plane at its crossing. Two quads may have the
 /// same ends of a diagonal only if the edge is shorter than both their leaves: such a diagonal is never taken. Where neither
 /// may be, and where two sides of a leaf's face join the same vertices, vertices are put between and the polygon
 /// becomes a fan around its crossing.
@@ -63,11 +64,16 @@ pub fn triangles(
             let middle = (positions[vertex[a] as usize] + positions[vertex[b] as usize]) * 0.5;
             (middle - at).dot(normal).abs()
         };
+        let (first, second) = ([cut([0, 1, 2]), cut([0, 2, 3])], [cut([0, 1, 3]), cut([1, 2, 3])]);
+        let flipped =
+            |two: &[Triangle; 2]| two.iter().filter(|t| is_flipped(t, &positions, crossings)).count();
+        let first_is_better = || match flipped(&first).cmp(&flipped(&second)) {
+            Ordering::Equal => height(0, 2) <= height(1, 3),
+            order => order == Ordering::Less,
+        };
         match (allowed(0, 2), allowed(1, 3)) {
-            (true, second) if !second || height(0, 2) <= height(1, 3) => {
-                out.extend([cut([0, 1, 2]), cut([0, 2, 3])]);
-            }
-            (_, true) => out.extend([cut([0, 1, 3]), cut([1, 2, 3])]),
+            (true, other) if !other || first_is_better() => out.extend(first),
+            (_, true) => out.extend(second),
             _ => fans.push(p as u32),
         }
     };

@@ -19,6 +19,9 @@ pub struct Crossing {
     pub normal: Vec3,
 }
 
+/// How far a vertex may lie beyond its leaf, as a part of the leaf: the tip of a wedge often lies in the next one, no corner
+/// of which it reaches. Where that turns triangles round, the vertex goes back.
+const BEYOND: f64 = 1.0;
 /// Steps of root finding: regula falsi after Illinois takes 3 to 6 on smooth fields.
 const STEPS: usize = 8;
 
@@ -162,8 +165,8 @@ impl<'a> Cells<'a> {
         Self { tree, grid, to_grid, normals: to_grid.transpose() }
     }
 
-    /// The nearest point, in grid coordinates axis by axis, of a corner's cell.
-    fn clamp(&self, corner: Corner, x: DVec3) -> DVec3 {
+    /// The nearest point, in grid coordinates axis by axis, of a corner's cell grown by the part `beyond` of its size.
+    fn clamp(&self, corner: Corner, x: DVec3, beyond: f64) -> DVec3 {
         let leaf = &self.tree.nodes[corner.leaf as usize];
         let origin = self.grid.origin().as_dvec3();
         let (mut low, mut high) = (leaf.low.as_dvec3(), leaf.high().as_dvec3());
@@ -173,6 +176,12 @@ impl<'a> Cells<'a> {
                 2 => low[k] = high[k],
                 _ => {}
             }
+        }
+        // On the border nothing leaves it, nor the grid.
+        if corner.place == INNER {
+            let margin = beyond * f64::from(leaf.size);
+            (low, high) =
+                ((low - margin).max(DVec3::ZERO), (high + margin).min(self.grid.cells().as_dvec3()));
         }
         let q = (self.to_grid * (x - origin)).clamp(low, high);
         origin + self.grid.step().as_dmat3() * q
@@ -204,7 +213,7 @@ impl<'a> Cells<'a> {
             let mean =
                 fan.iter().map(|&p| crossings[p as usize].at.as_dvec3()).sum::<DVec3>() / fan.len() as f64;
             if placement == Placement::Mean || plain[vertex] {
-                return self.clamp(corner, mean).as_vec3();
+                return self.clamp(corner, mean, 0.0).as_vec3();
             }
             planes.clear();
             for &p in fan {
@@ -218,7 +227,7 @@ impl<'a> Cells<'a> {
                     planes.push(Plane { at: at.as_dvec3(), normal });
                 }
             }
-            minimiser(planes, mean, enough, |x| self.clamp(corner, x)).0.as_vec3()
+            minimiser(planes, mean, enough, |x| self.clamp(corner, x, BEYOND)).0.as_vec3()
         };
         let mut out = vec![Vec3::ZERO; dual.vertices.len()];
         out.par_chunks_mut(TASK).enumerate().for_each(|(chunk, out)| {
