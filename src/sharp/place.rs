@@ -178,7 +178,7 @@ fn confine(near: &Nearby<'_>, task: &Wanted, mut meeting: Meeting) -> Meeting {
         let margin = 0.25 * (to - from);
         meeting.at += meeting.line * 0.0f64.clamp(from + margin, to - margin);
     }
-    if !(excess(near, task, meeting.at) <= REACH) {
+    if excess(near, task, meeting.at) > REACH || !meeting.at.is_finite() {
         let q = near.frame.local(meeting.at);
         let kept = q.clamp(task.low - REACH, task.high + REACH);
         meeting.at = if kept.is_finite() { near.frame.world(kept) } else { task.mass() };
