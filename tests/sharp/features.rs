@@ -74,9 +74,8 @@ fn measure(name: &str, solid: &Expr, turns: f64, edges: Vec<DVec3>) -> f64 {
     f64::from(off_surface(&mesh, &field)) / SIZE
 }
 
-/// Flat walls, straight edges, corners that stick out and go in: exact to rounding. Goes red at the mean of the
-/// crossings, without the corners beyond a cell, without the probes, and where a folded polygon's vertices go back to
-/// their cells at once.
+/// Flat walls, straight edges, corners that stick out and go in: exact to rounding. Goes red without the planes that are
+/// taken again, and without the projection.
 #[test]
 fn boxes() {
     let cut = [-0.3, -0.2, -0.1];
