@@ -66,6 +66,8 @@ const TOLERANCE: f64 = 2e-3;
 /// How far a feature point may lie beyond its cell: where a thin edge pokes into a cell whose corners are all outside,
 /// no other vertex can be on it. In cells.
 const REACH: f64 = 1.0;
+/// How far a vertex on an edge may be off any of its cell's tangent planes, before it goes to a corner; in cells.
+const MISS: f64 = 0.02;
 /// How far a smooth point may lie beyond its cell.
 const SLACK: f64 = 0.25;
 
@@ -109,7 +111,15 @@ pub fn place(near: &Nearby<'_>, wanted: &[Wanted]) -> Result<(Vec<Placed>, Vec<C
         let order = |f: &Feature| (beyond(f), f.at.distance(mass));
         let nearer = |a: Feature, b: Feature| if order(&b) < order(&a) { b } else { a };
         let nearest = |rank: usize| all[k].iter().copied().filter(|f| f.rank == rank).reduce(nearer);
-        found[owners[k]] = nearest(2);
+        // A vertex on two sides of a cell that sees three would take the third side's polygons with it.
+        let miss =
+            |f: &Feature| task.planes.iter().map(|p| p.normal.dot(f.at - p.at).abs()).fold(0.0, f64::max);
+        found[owners[k]] = match (nearest(2), nearest(3)) {
+            (Some(edge), Some(corner)) if miss(&edge) > 2.0 * miss(&corner) + MISS * near.frame.cell => {
+                Some(corner)
+            }
+            (edge, _) => edge,
+        };
         if let Some(f) = nearest(3) {
             corners.push(Corner { by: owners[k], at: f.at, normal: f.normal, excess: beyond(&f) });
         }
@@ -168,7 +178,7 @@ fn confine(near: &Nearby<'_>, task: &Wanted, mut meeting: Meeting) -> Meeting {
         let margin = 0.25 * (to - from);
         meeting.at += meeting.line * 0.0f64.clamp(from + margin, to - margin);
     }
-    if !(excess(near, task, meeting.at) <= REACH) {
+    if excess(near, task, meeting.at) > REACH || !meeting.at.is_finite() {
         let q = near.frame.local(meeting.at);
         let kept = q.clamp(task.low - REACH, task.high + REACH);
         meeting.at = if kept.is_finite() { near.frame.world(kept) } else { task.mass() };
@@ -319,7 +329,7 @@ fn smooth(near: &Nearby<'_>, wanted: &[Wanted], features: &[Option<Feature>]) ->
         let mut one =
             Placed { at: points[i], normal, kind: Kind::Smooth, clamped: false, fallback: false, singular };
         match features[i] {
-            Some(_) => one.kind = Kind::Edge,
+            Some(feature) => one.kind = if feature.rank == 2 { Kind::Edge } else { Kind::Corner },
             None => {
                 let is_near = value.abs() / gradient.length() <= 0.05 * near.frame.cell;
                 if !(is_near && excess(near, task, one.at) <= REACH) {

@@ -68,9 +68,9 @@ fn eigen(symmetric: DMat3) -> ([f64; 3], [DVec3; 3]) {
             for row in &mut a {
                 (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
             }
-            for k in 0..3 {
-                (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
-            }
+            let (one, two) = (a[p], a[q]);
+            a[p] = std::array::from_fn(|k| c * one[k] - s * two[k]);
+            a[q] = std::array::from_fn(|k| s * one[k] + c * two[k]);
             (vectors[p], vectors[q]) = (vectors[p] * c - vectors[q] * s, vectors[p] * s + vectors[q] * c);
         }
     }
