@@ -65,6 +65,7 @@ fn as_on_the_cpu() {
 }
 
 /// A frontier of more bricks than a batch holds waits its turn.
+/// Goes red when `advance` (shaders/track.wgsl) takes more than a batch.
 #[test]
 fn in_batches() {
     let Some(extractor) = common::extractor() else { return };

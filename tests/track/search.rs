@@ -10,6 +10,7 @@ use isoforge::grid::Grid;
 use isoforge::track::{Seeds, track};
 
 /// A large ball, and tiny ones around single grid points that a coarse lattice steps over. The search finds all of them.
+/// Goes red when the search drops some of the boxes whose interval straddles iso.
 #[test]
 fn tiny_components() {
     let mut random = Random(3);

@@ -58,7 +58,8 @@ fn same(a: &Mesh, b: &Mesh) -> bool {
         && bytemuck::cast_slice::<_, u8>(&a.vertices) == bytemuck::cast_slice::<_, u8>(&b.vertices)
 }
 
-/// Goes red when `spread` (src/track/cpu.rs) looks at the 8th points for the 9th, and when `Nearby` looks for a layer's
+/// Goes red when `spread` (src/track/cpu.rs) leaves out a way or looks at the 8th points for the 9th, when components are
+/// kept that hold no seed, and when `Nearby` looks for a layer's
 /// neighbours one brick too far.
 #[test]
 fn some_components_of_random_balls() {
