@@ -304,7 +304,7 @@ impl Search {
         }
         let nudge = (self.epsilon * NUDGE) / far;
         t = if t < 0.5 { t + nudge } else { t - nudge };
-        if self.round >= 4 && self.round % 2 == 0 {
+        if self.round >= 4 && self.round.is_multiple_of(2) {
             t = 0.5;
         }
         self.at = self.low + along * t;
