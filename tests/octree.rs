@@ -118,7 +118,7 @@ fn random_csg(random: &mut Random) -> Expr {
     whole
 }
 
-/// Whatever the signs: no edge of one, three or four triangles, no vertex of two fans. Goes red when sides of an ambiguous face
+/// Whatever the signs: no edge of one, three or four triangles, no vertex of two fans. Should go red (not yet tried) when sides of an ambiguous face
 /// are not told apart (`walk` over all polygons of a leaf at once), and without `doubled`.
 #[test]
 fn random_solids_are_closed_and_manifold() {
@@ -135,7 +135,7 @@ fn random_solids_are_closed_and_manifold() {
     assert!(triangles > 30_000 && flipped < triangles as u64 / 200, "{flipped} of {triangles}");
 }
 
-/// Signs without any sense: each face may be ambiguous, beside leaves of any size. Goes red as the one above.
+/// Signs without any sense: each face may be ambiguous, beside leaves of any size. Should go red (not yet tried) as the one above.
 #[test]
 fn noise_is_manifold() {
     for seed in 0..12u64 {
@@ -155,7 +155,7 @@ fn noise_is_manifold() {
     }
 }
 
-/// Goes red when a leaf is kept whose middle has another sign than all its corners (`agrees`).
+/// Should go red (not yet tried) when a leaf is kept whose middle has another sign than all its corners (`agrees`).
 #[test]
 fn resolved_shapes_have_the_uniform_mesh_s_topology() {
     for (name, expr, euler) in [
@@ -179,7 +179,7 @@ fn resolved_shapes_have_the_uniform_mesh_s_topology() {
     }
 }
 
-/// Goes red when polygons are wound by the other end's sign, and (torus) without the retreat to the mean.
+/// Should go red (not yet tried) when polygons are wound by the other end's sign, and (torus) without the retreat to the mean.
 #[test]
 fn no_triangle_of_a_smooth_surface_is_flipped() {
     let blend = sphere(0.4).smooth_union(box_([-0.7, -0.2, -0.2], [0.1, 0.3, 0.25]).round(0.1), 0.2);
@@ -202,7 +202,8 @@ fn no_triangle_of_a_smooth_surface_is_flipped() {
     }
 }
 
-/// Goes red when the leaves that `measure` names are not split.
+/// Was red while triangles with a crease between the samples were looked at at few points; should go red (not yet tried) when
+/// the leaves that `measure` names are not split.
 #[test]
 fn the_error_bound_holds_and_errors_fall_with_it() {
     for (name, expr) in [
@@ -230,7 +231,7 @@ fn the_error_bound_holds_and_errors_fall_with_it() {
     }
 }
 
-/// Goes red with `Placement::Mean`.
+/// Should go red (not yet tried) with `Placement::Mean`.
 #[test]
 fn fewer_triangles_than_the_uniform_mesh_at_equal_error() {
     for (name, expr, part) in [("torus", torus_distance(0.55, 0.23), 1.0), ("holes", two_holes(), 0.3)] {
@@ -244,7 +245,7 @@ fn fewer_triangles_than_the_uniform_mesh_at_equal_error() {
     }
 }
 
-/// Goes red with `Placement::Mean`, and when `minimiser` stops after one direction.
+/// Should go red (not yet tried) with `Placement::Mean`, and when `minimiser` stops after one direction.
 #[test]
 fn a_turned_cube_keeps_its_edges_and_corners() {
     let f = field(&box_([-0.5; 3], [0.5; 3]).rotate([1.0, 2.0, 3.0], 0.1).unwrap());
@@ -258,7 +259,7 @@ fn a_turned_cube_keeps_its_edges_and_corners() {
     assert!(mesh.triangles.len() < 4000, "{}", mesh.triangles.len());
 }
 
-/// Goes red without the border's flat cells: the mesh ends half a cell before.
+/// Should go red (not yet tried) without the border's flat cells: the mesh ends half a cell before.
 #[test]
 fn borders_are_open_and_reached() {
     let low = Vec3::new(-0.5, -0.71, -0.3);
@@ -282,7 +283,7 @@ fn borders_are_open_and_reached() {
     }
 }
 
-/// Goes red when `mirrored` is not heeded.
+/// Should go red (not yet tried) when `mirrored` is not heeded.
 #[test]
 fn sheared_and_mirrored_grids() {
     for sign in [1.0, -1.0] {
@@ -297,7 +298,7 @@ fn sheared_and_mirrored_grids() {
     }
 }
 
-/// Goes red when the budget is not looked at.
+/// Should go red (not yet tried) when the budget is not looked at.
 #[test]
 fn a_budget_that_runs_out_gives_a_valid_mesh() {
     let f = field(&gyroid_ball());
@@ -347,7 +348,7 @@ fn thin_features_are_counted() {
     assert_eq!(run(&field(&sphere(0.6)), &cube(32), |_| {}).1.thin, 0);
 }
 
-/// Goes red when tasks are as large as the threads make them and evaluate different fields.
+/// Should go red (not yet tried) when tasks are as large as the threads make them and evaluate different fields.
 #[test]
 fn the_same_bytes_on_one_thread_and_on_many() {
     let f = field(&random_csg(&mut Random(5)));

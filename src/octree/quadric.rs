@@ -96,7 +96,7 @@ mod tests {
         normals.iter().map(at).collect()
     }
 
-    /// Goes red with GAIN 0 (no second direction), and with the eigenvectors' order reversed.
+    /// Should go red (not yet tried) with GAIN 0 (no second direction), and with the eigenvectors' order reversed.
     #[test]
     fn corners_and_creases_are_found() {
         let oblique = DVec3::new(1.0, 2.0, 2.0) / 3.0;

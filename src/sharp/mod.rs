@@ -11,8 +11,10 @@
 //! - The mesh reaches the grid's border: where a sheet leaves the grid through a face, the segment there gets a
 //!   vertex, and so does every crossed edge in the border. Surfaces are open there, as the uniform extraction's.
 //! - A feature point may lie up to a cell beyond its cell, where no corner of the grid tells of a thin edge. Where that,
-//!   or a vertex in its cell, turns a triangle over, the polygon's vertices go back to their cells, and at last to the
-//!   mean of their crossings.
+//!   or a vertex in its cell, turns a triangle over, the polygon's vertices go to the feature's other vertices beside
+//!   them, then back to their cells, and at last to the mean of their crossings.
+//! - A corner is seen from several cells. One vertex takes it, and those with it that would tear a third side off:
+//!   between them are triangles without area, which [`Mesh::remove_degenerate`] takes out.
 
 mod hermite;
 mod place;

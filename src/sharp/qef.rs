@@ -85,7 +85,6 @@ mod tests {
         Plane { at: at.into(), normal: DVec3::from(normal).normalize() }
     }
 
-    /// Goes red with a rotation of the wrong sign, or without the truncation.
     #[test]
     fn planes_meet() {
         let [a, b] = [plane([1.0, 9.0, -4.0], [1.0, 0.2, 0.1]), plane([0.3, 2.0, 1.0], [0.3, 1.0, -0.4])];

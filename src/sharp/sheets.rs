@@ -75,7 +75,6 @@ mod tests {
     use super::*;
     use crate::table::EDGE_CORNERS;
 
-    /// Goes red where a segment is given the wrong face, or a loop is broken off.
     #[test]
     fn loops_hold_every_crossed_edge_once() {
         for case in 0..=255u8 {

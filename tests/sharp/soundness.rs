@@ -43,8 +43,8 @@ fn random_lattice(seed: u64, n: i32, is_open: bool) -> impl Fn(Vec3) -> f32 + Se
     }
 }
 
-/// All 256 cases and every ambiguous face, inside the grid and at its border. Goes red where two sheets that share a face
-/// twice get no vertices in it (non-manifold edges), and without the vertices in the border (boundary, Euler).
+/// All 256 cases and every ambiguous face, inside the grid and at its border: two sheets that share a face twice, and
+/// every kind of open end.
 #[test]
 fn random_samples() {
     for seed in 0..24 {
@@ -82,7 +82,7 @@ fn random_solid(random: &mut Random, depth: u32) -> Expr {
     }
 }
 
-/// Trees of solids; the uniform mesh loses volume at their edges. Goes red with the vertices of a quad in the wrong order.
+/// Trees of solids; the uniform mesh loses volume at their edges.
 #[test]
 fn random_csg() {
     let mut random = Random(7);
@@ -101,7 +101,7 @@ fn random_csg() {
     }
 }
 
-/// A cube that the grid cuts off ends in the grid's border, all of it. Goes red without the border's vertices.
+/// A cube that the grid cuts off ends in the grid's border, all of it.
 #[test]
 fn open_borders_are_reached() {
     let field = graph(&box_([-0.55, -3.0, -3.0], [0.45, 3.0, 0.3]));
