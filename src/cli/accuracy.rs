@@ -2,7 +2,6 @@
 
 use super::args::{AccuracyArgs, SourceArgs};
 use super::source::{self, Opened};
-use super::values::RefineArg;
 use super::{Failure, backend, method, say};
 use crate::accuracy::{Accuracy, measure};
 use crate::extract::{Options, Source, extract_on_cpu};
@@ -72,7 +71,8 @@ fn measure_source(name: &str, args: &AccuracyArgs) -> Result<Table, Failure> {
         ..SourceArgs::default()
     };
     let memory_budget = backend::memory_budget(None);
-    let Opened { loaded, notes, refine: wanted, .. } = source::load(&source, &Default::default(), memory_budget)?;
+    let Opened { loaded, notes, refine: wanted, .. } =
+        source::load(&source, &Default::default(), memory_budget)?;
     notes.iter().for_each(|note| eprintln!("isoforge: {note}"));
     let options = loaded.options(&source, memory_budget)?;
     let (surface, grid) = method::surface(&loaded, &options)?;
@@ -85,11 +85,15 @@ fn measure_source(name: &str, args: &AccuracyArgs) -> Result<Table, Failure> {
         Ok(refine(&surface, &mesh, &contest.settings, &|_| {}).map_err(Failure::run)?.0)
     })?;
     rows.push(refined);
-    rows.push(contest.row("sharp", || Ok(sharp::extract(&surface, &grid, &|_| {}).map_err(Failure::run)?.0))?);
+    rows.push(
+        contest.row("sharp", || Ok(sharp::extract(&surface, &grid, &|_| {}).map_err(Failure::run)?.0))?,
+    );
     let of_octree = octree::Settings::new(&grid);
-    rows.push(contest.row("dmc", || {
-        Ok(octree::extract(&surface, &grid, &of_octree, &|_| {}).map_err(Failure::run)?.0)
-    })?);
+    rows.push(
+        contest.row("dmc", || {
+            Ok(octree::extract(&surface, &grid, &of_octree, &|_| {}).map_err(Failure::run)?.0)
+        })?,
+    );
     let equal = contest.uniform_with_error(&grid, rows[1].error.distance_rms)?;
     let triangles_ratio = equal.as_ref().map(|row| rows[1].triangles as f64 / row.triangles as f64);
     rows.extend(equal);
@@ -180,7 +184,10 @@ fn print(table: &Table) {
             error.normal_max
         ));
         if error.lost > 0 {
-            say(format_args!("{:<20}{} of {} samples found no way to the surface", "", error.lost, error.samples));
+            say(format_args!(
+                "{:<20}{} of {} samples found no way to the surface",
+                "", error.lost, error.samples
+            ));
         }
     }
     match table.triangles_ratio {
@@ -188,6 +195,8 @@ fn print(table: &Table) {
             "refined: {:.1} % of the triangles of the uniform grid that has its RMS error\n",
             100.0 * ratio
         )),
-        None => say(format_args!("no uniform grid of up to {FINEST} cells an axis has the refined mesh's RMS error\n")),
+        None => say(format_args!(
+            "no uniform grid of up to {FINEST} cells an axis has the refined mesh's RMS error\n"
+        )),
     }
 }

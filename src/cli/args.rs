@@ -1,6 +1,8 @@
 //! The arguments of every command.
 
-use super::values::{RefineArg, Size, Triple, bounds, byte_count, cells, dims, parameter, refine, size, triple};
+use super::values::{
+    RefineArg, Size, Triple, bounds, byte_count, cells, dims, parameter, refine, size, triple,
+};
 use crate::field::Sense;
 use crate::render::Shade;
 use crate::volume::{Endian, Scalar};

@@ -6,7 +6,7 @@ use super::source::{Loaded, Opened};
 use super::stats::{Seconds, Stats};
 use super::watchdog::{EXTRACTING, Watchdog};
 use super::{Failure, backend, method, picture, source};
-use crate::extract::{ExtractError, Extractor, Options, Report, Source, extract_on_cpu};
+use crate::extract::{ExtractError, Extractor, Options, Report, extract_on_cpu};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::mesh::{Mesh, write};
 use crate::track::TrackError;
@@ -189,7 +189,11 @@ impl Job<'_> {
         let args = self.args;
         if let Some(gpu) = gpu {
             let track = args.method.track;
-            let made = if track { self.track_on_gpu(&gpu) } else { self.sweep_on_gpu(&gpu).map_err(TrackError::from) };
+            let made = if track {
+                self.track_on_gpu(&gpu)
+            } else {
+                self.sweep_on_gpu(&gpu).map_err(TrackError::from)
+            };
             match made {
                 Ok(done) => return Ok(done),
                 // Chosen by us, not by the user: take the path that can.
@@ -224,11 +228,15 @@ impl Job<'_> {
         let watchdog = Watchdog::new(self.args.run.time_limit, EXTRACTING);
         let extractor = Extractor::new(gpu.clone())?;
         watchdog.alive();
-        let extraction =
-            extractor.extract_with(&self.loaded.source(), self.options, is_read_back(self.args), &|part| {
+        let extraction = extractor.extract_with(
+            &self.loaded.source(),
+            self.options,
+            is_read_back(self.args),
+            &|part| {
                 watchdog.alive();
                 self.progress.set(part);
-            })?;
+            },
+        )?;
         drop(watchdog);
         let made = Made::Gpu(Box::new((gpu.clone(), extraction.mesh)));
         Ok(Done { made, report: extraction.report, told: Value::Null })

@@ -1,8 +1,8 @@
 //! The methods beside the sweep by marching cubes: which flags go together, and how they are called.
 
 use super::Failure;
-use super::extract::{Done, Job, Made};
 use super::args::{Backend, ExtractArgs, MethodArg, MethodArgs, NormalsArg};
+use super::extract::{Done, Job, Made};
 use super::source::Loaded;
 use super::values::RefineArg;
 use super::watchdog::{EXTRACTING, Watchdog};
@@ -42,10 +42,22 @@ impl MethodArgs {
 pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
     let of = &args.method;
     let pairs = [
-        (of.sharp && of.method != MethodArg::Mc, "--sharp", "is of the uniform grid: leave it or --method out (dmc keeps edges by itself)"),
-        (of.track && !of.is_mc(), "--track", "follows marching cubes alone: leave it or the other method out"),
+        (
+            of.sharp && of.method != MethodArg::Mc,
+            "--sharp",
+            "is of the uniform grid: leave it or --method out (dmc keeps edges by itself)",
+        ),
+        (
+            of.track && !of.is_mc(),
+            "--track",
+            "follows marching cubes alone: leave it or the other method out",
+        ),
         (of.error.is_some() && of.method == MethodArg::Mc, "--error", "is of --method dmc and octree"),
-        (of.most_cells.is_some() && of.method == MethodArg::Mc, "--most-cells", "is of --method dmc and octree"),
+        (
+            of.most_cells.is_some() && of.method == MethodArg::Mc,
+            "--most-cells",
+            "is of --method dmc and octree",
+        ),
     ];
     if let Some((_, flag, why)) = pairs.into_iter().find(|(wrong, ..)| *wrong) {
         return Err(Failure::usage(format!("{flag} {why}")));
@@ -55,7 +67,9 @@ pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
     }
     let differences = matches!(args.source.normals, Some(NormalsArg::Forward | NormalsArg::Central));
     if differences && !(of.is_mc() && of.refine.is_none()) {
-        return Err(Failure::usage("--normals: with --refine, --sharp and --method normals are exact, or central differences where a field has no gradient: leave it out"));
+        return Err(Failure::usage(
+            "--normals: with --refine, --sharp and --method normals are exact, or central differences where a field has no gradient: leave it out",
+        ));
     }
     Ok(())
 }
@@ -72,7 +86,11 @@ pub fn surface<'a>(loaded: &'a Loaded, options: &Options) -> Result<(Surface<'a>
 
 /// Where a track starts: the user's words, or the centres that the source knows, or all of it.
 fn seeds(args: &MethodArgs, loaded: &Loaded) -> Seeds {
-    let mut seeds = Seeds { points: args.seeds.iter().map(|t| t.0.into()).collect(), coarse: args.coarse, search: args.search };
+    let mut seeds = Seeds {
+        points: args.seeds.iter().map(|t| t.0.into()).collect(),
+        coarse: args.coarse,
+        search: args.search,
+    };
     if seeds == Seeds::default() {
         match loaded {
             Loaded::Field { centres, .. } if !centres.is_empty() => seeds.points.clone_from(centres),
@@ -116,7 +134,10 @@ impl Job<'_> {
         let (mesh, told) = sharp::extract(&surface, &grid, &tell).map_err(Failure::run)?;
         (self.remark)(&format!("{} cells with an edge, {} with a corner", told.edges, told.corners));
         if told.flipped > 0 {
-            (self.remark)(&format!("{} triangles look against the surface's normal: a finer grid helps", told.flipped));
+            (self.remark)(&format!(
+                "{} triangles look against the surface's normal: a finer grid helps",
+                told.flipped
+            ));
         }
         let told_json = serde_json::to_value(&told).map_err(Failure::run)?;
         let report = Report {
@@ -142,9 +163,15 @@ fn track_notes(told: &TrackReport) -> Vec<String> {
         let certain = if search.is_complete() {
             "every component of the sampled grid is found".into()
         } else if search.by_intervals {
-            format!("{} boxes of {} cells are undecided: a component that fits into one may be missing", search.undecided, search.cells)
+            format!(
+                "{} boxes of {} cells are undecided: a component that fits into one may be missing",
+                search.undecided, search.cells
+            )
         } else {
-            format!("the source has no intervals, so boxes of {} cells were looked at by their corners alone: what fits into one may be missing", search.cells)
+            format!(
+                "the source has no intervals, so boxes of {} cells were looked at by their corners alone: what fits into one may be missing",
+                search.cells
+            )
         };
         notes.push(format!("{} boxes are proven to hold no surface; {certain}", search.empty));
     }
@@ -157,7 +184,6 @@ fn track_stats(told: &TrackReport) -> Value {
     });
     json!({"seeds_missed": told.missed.len(), "rounds": told.rounds, "components": told.components, "dropped": told.dropped, "search": search})
 }
-
 
 impl Job<'_> {
     /// Dual contouring of an octree.
@@ -265,9 +291,7 @@ impl Job<'_> {
 }
 
 fn refine_stats(told: &RefineReport) -> Value {
-    let level = |l: &refine::Level| {
-        json!({"vertices": l.vertices, "triangles": l.triangles, "bent": l.bent, "for_shape": l.for_shape})
-    };
+    let level = |l: &refine::Level| json!({"vertices": l.vertices, "triangles": l.triangles, "bent": l.bent, "for_shape": l.for_shape});
     json!({
         "levels": told.levels.iter().map(level).collect::<Vec<_>>(),
         "projected": told.projected,

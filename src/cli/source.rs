@@ -279,7 +279,10 @@ fn load_wgsl(args: &SourceArgs, path: &Path) -> Result<(Loaded, Vec<String>), Fa
         )),
         (None, None) => None,
     };
-    Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0, centres: Vec::new() }, note.into_iter().collect()))
+    Ok((
+        Loaded::Field { field: Box::new(field), grid, iso: 0.0, centres: Vec::new() },
+        note.into_iter().collect(),
+    ))
 }
 
 /// A remark where neighbouring points of the grid are hardly different numbers.

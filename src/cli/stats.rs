@@ -49,6 +49,19 @@ impl Seconds {
     /// The parts that the extraction measured.
     pub fn of(report: &Report) -> Self {
         let [read, upload, cull, sample, classify, scan, emit, normals, readback] = report.seconds;
-        Self { read, upload, cull, sample, classify, scan, emit, normals, readback, refine: None, write: None, total: 0.0 }
+        Self {
+            read,
+            upload,
+            cull,
+            sample,
+            classify,
+            scan,
+            emit,
+            normals,
+            readback,
+            refine: None,
+            write: None,
+            total: 0.0,
+        }
     }
 }

@@ -84,4 +84,3 @@ pub fn byte_count(text: &str) -> Result<u64, String> {
         lower[..digits].parse().map_err(|_| "give a whole number of bytes, or one with K, M, G, T")?;
     number.checked_shl(shift).filter(|n| n >> shift == number).ok_or_else(|| "that is too large".into())
 }
-

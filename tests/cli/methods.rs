@@ -24,13 +24,18 @@ fn a_track_reaches_what_its_seeds_lie_on() {
     let (left, _) = mesh(here.path(), TWO_BALLS, &["--track", "--seed", "-0.7,0,0"]);
     assert_eq!(left.check().components, 1);
     assert!(left.vertices.iter().all(|v| v.position[0] < 0.0));
-    let (both, said) = mesh(here.path(), TWO_BALLS, &["--track", "--seed", "-0.7,0,0", "--seed", "0.7,0,0", "--seed", "9,0,0"]);
+    let (both, said) = mesh(
+        here.path(),
+        TWO_BALLS,
+        &["--track", "--seed", "-0.7,0,0", "--seed", "0.7,0,0", "--seed", "9,0,0"],
+    );
     assert_eq!(both, whole);
     assert!(said.contains("[9, 0, 0] lies outside the grid"), "{said}");
     let (coarse, _) = mesh(here.path(), TWO_BALLS, &["--track", "--coarse", "4"]);
     assert_eq!(coarse, whole);
     if !cpu_alone() {
-        let (on_gpu, _) = mesh(here.path(), TWO_BALLS, &["--track", "--seed", "-0.7,0,0", "--backend", "gpu"]);
+        let (on_gpu, _) =
+            mesh(here.path(), TWO_BALLS, &["--track", "--seed", "-0.7,0,0", "--backend", "gpu"]);
         assert_eq!(on_gpu, left);
     }
 }
@@ -40,8 +45,15 @@ fn refined_sharp_and_adaptive() {
     let here = folder();
     let cut = "max(sqrt(x^2 + y^2 + z^2) - 1, 0.6 - x)";
     let (plain, _) = mesh(here.path(), cut, &["--backend", "cpu"]);
-    for flags in [&["--refine"][..], &["--sharp"], &["--method", "dmc"], &["--method", "octree"], &["--sharp", "--refine"]] {
-        let (found, said) = mesh(here.path(), cut, &[flags, &["--stats", "s.json", "--png", "m.png"]].concat());
+    for flags in [
+        &["--refine"][..],
+        &["--sharp"],
+        &["--method", "dmc"],
+        &["--method", "octree"],
+        &["--sharp", "--refine"],
+    ] {
+        let (found, said) =
+            mesh(here.path(), cut, &[flags, &["--stats", "s.json", "--png", "m.png"]].concat());
         let report = found.check();
         assert!(report.is_closed_manifold() && report.genus == Some(0), "{flags:?}: {report:?}");
         let growth = found.triangles.len() as f64 / plain.triangles.len() as f64;
@@ -127,8 +139,12 @@ fn a_budget_that_runs_out() {
 #[test]
 fn accuracy_prints_a_table_and_json() {
     let here = folder();
-    let out = done(here.path(), &["accuracy", "sphere", "torus", "-n", "16", "--refine", "flatness=0.9,depth=2"]).out;
-    for word in ["sphere, 16x16x16 cells", "torus, ", "uniform", "refined", "sharp", "dmc", "octree", "welded"] {
+    let out =
+        done(here.path(), &["accuracy", "sphere", "torus", "-n", "16", "--refine", "flatness=0.9,depth=2"])
+            .out;
+    for word in
+        ["sphere, 16x16x16 cells", "torus, ", "uniform", "refined", "sharp", "dmc", "octree", "welded"]
+    {
         assert!(out.contains(word), "{word}: {out}");
     }
     let out = done(here.path(), &["accuracy", "sphere", "-n", "16", "--json", "-"]).out;
