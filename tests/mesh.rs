@@ -4,6 +4,8 @@
 mod check;
 #[path = "mesh/clean.rs"]
 mod clean;
+#[path = "mesh/crease.rs"]
+mod crease;
 #[path = "mesh/damage.rs"]
 mod damage;
 #[path = "mesh/formats.rs"]

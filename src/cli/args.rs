@@ -1,7 +1,7 @@
 //! The arguments of every command.
 
 use super::values::{
-    RefineArg, Size, Triple, bounds, byte_count, cells, dims, parameter, refine, size, triple,
+    RefineArg, Size, Triple, bounds, byte_count, cells, degrees, dims, parameter, refine, size, triple,
 };
 use crate::field::Sense;
 use crate::render::Shade;
@@ -306,6 +306,11 @@ pub struct PictureArgs {
     /// from outside, a fault), yellow where the normal and the winding disagree
     #[arg(long, value_enum, default_value = "lit")]
     pub shade: ShadeArg,
+
+    /// Draw edges sharp where triangles meet at more than so many degrees, each side with normals of its own; 180 for
+    /// none [default: 40 of --refine, --sharp and --method, else none]
+    #[arg(long, value_name = "DEGREES", value_parser = degrees)]
+    pub crease: Option<f32>,
 
     /// Draw the triangles' edges on top
     #[arg(long)]

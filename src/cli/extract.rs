@@ -83,8 +83,14 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     if let Some(path) = &args.png {
         progress.phase("drawing");
         match &made {
-            Made::Gpu(made) => picture::draw_gpu(&made.0, &made.1, args, &camera, path)?,
-            Made::Cpu(mesh) => picture::draw_cpu(mesh, &args.picture, &camera, path)?,
+            Made::Gpu(made) if picture::crease(args).is_none() => {
+                picture::draw_gpu(&made.0, &made.1, args, &camera, path)?;
+            }
+            Made::Gpu(made) => {
+                let mesh = made.1.read(&made.0).map_err(Failure::run)?;
+                picture::draw_cpu(&mesh, args, &camera, path)?;
+            }
+            Made::Cpu(mesh) => picture::draw_cpu(mesh, args, &camera, path)?,
         }
     }
     let mut seconds = Seconds::of(&report);

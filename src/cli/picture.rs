@@ -1,13 +1,16 @@
 //! Drawing the mesh into a file.
 
 use super::Failure;
-use super::args::{ExtractArgs, PictureArgs};
+use super::args::{ExtractArgs, MethodArg, PictureArgs};
 use super::watchdog::{DRAWING, Watchdog};
 use crate::gpu::{Gpu, GpuMesh};
 use crate::mesh::Mesh;
 use crate::render::{self, Camera, Renderer, Style, View};
 use crate::scene;
 use std::path::Path;
+
+/// Degrees between smooth sides from which on an edge is drawn sharp, unless the user says.
+const CREASE: f32 = 40.0;
 
 /// The user's words first, then the scene's.
 fn view(args: &PictureArgs, camera: &scene::Camera) -> View {
@@ -63,8 +66,17 @@ pub fn draw_gpu(
     render::save_png(image, path).map_err(Failure::run)
 }
 
+/// From which angle on edges are drawn sharp, if any are: vertices of the methods beside the plain sweep lie on edges.
+pub fn crease(args: &ExtractArgs) -> Option<f32> {
+    let method = &args.method;
+    let has_edges = method.refine.is_some() || method.sharp || method.method != MethodArg::Mc;
+    args.picture.crease.or(has_edges.then_some(CREASE)).filter(|degrees| *degrees < 180.0)
+}
+
 /// Draws a mesh by the software rasteriser.
-pub fn draw_cpu(mesh: &Mesh, args: &PictureArgs, camera: &scene::Camera, path: &Path) -> Result<(), Failure> {
+pub fn draw_cpu(mesh: &Mesh, args: &ExtractArgs, camera: &scene::Camera, path: &Path) -> Result<(), Failure> {
+    let split = crease(args).map(|degrees| mesh.split_creases(degrees));
+    let (mesh, args) = (split.as_ref().unwrap_or(mesh), &args.picture);
     let camera = Camera::fit(mesh.bounds(), &view(args, camera)).map_err(Failure::run)?;
     let image = render::render_software(mesh, &camera, &style(args)).map_err(Failure::run)?;
     render::save_png(image, path).map_err(Failure::run)

@@ -69,6 +69,11 @@ pub fn refine(text: &str) -> Result<RefineArg, String> {
     Ok(RefineArg(refine))
 }
 
+pub fn degrees(text: &str) -> Result<f32, String> {
+    let angle = text.trim().parse().ok().filter(|angle| (0.0..=180.0).contains(angle));
+    angle.ok_or_else(|| "give an angle from 0 to 180".into())
+}
+
 pub fn byte_count(text: &str) -> Result<u64, String> {
     let lower = text.trim().to_ascii_lowercase();
     let digits = lower.find(|c: char| !c.is_ascii_digit()).unwrap_or(lower.len());

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 pub mod check;
 pub mod clean;
+mod crease;
 pub mod read;
 mod report;
 mod stitch;

@@ -19,6 +19,9 @@ pub const EMPTY: u32 = u32::MAX;
 pub const OUTSIDE: u32 = u32::MAX - 1;
 /// [`Node::children`] of a leaf.
 const LEAF: u32 = u32::MAX;
+/// What decides on nodes, several at a time, whether they are split.
+pub type Judge<'a> = &'a (dyn Fn(&Fields, &[Sampled<'_>]) -> Result<Vec<Verdict>, NoForm> + Sync);
+
 /// Nodes that one thread takes at a time: fixed, so that nothing depends on the threads.
 const TASK: usize = 32;
 /// From this size on a node's field is pruned; smaller ones have their parent's, so that batches stay large.
@@ -169,7 +172,7 @@ impl Tree {
         grid: &Grid,
         budget: u64,
         first: Vec<u32>,
-        verdict: &(dyn Fn(&Fields, &[Sampled<'_>]) -> Result<Vec<Verdict>, NoForm> + Sync),
+        verdict: Judge<'_>,
     ) -> Result<Grown, NoForm> {
         let mut grown = Grown::default();
         let mut frontier = first;
@@ -229,7 +232,7 @@ impl Tree {
         grid: &Grid,
         ids: &[u32],
         forced: bool,
-        verdict: &(dyn Fn(&Fields, &[Sampled<'_>]) -> Result<Vec<Verdict>, NoForm> + Sync),
+        verdict: Judge<'_>,
     ) -> Result<Vec<Option<[Slot; 8]>>, NoForm> {
         let nodes: Vec<Node> = ids.iter().map(|&id| self.nodes[id as usize]).collect();
         let lattices = self.lattices(surface, grid, &nodes)?;
@@ -311,5 +314,5 @@ impl Tree {
 
 /// The corner that lattice point `i` is.
 fn corner_of(i: usize) -> usize {
-    i % 3 / 2 | (i / 3 % 3 / 2) << 1 | (i / 9 / 2) << 2
+    (i % 3 / 2) | ((i / 3 % 3 / 2) << 1) | ((i / 9 / 2) << 2)
 }
