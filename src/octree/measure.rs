@@ -72,7 +72,12 @@ pub fn measure(
                     points.extend(samples.iter().map(|[u, v, w]| a * u + b * v + c * w));
                     hints.resize(points.len(), tree.nodes[owner as usize].field);
                 }
-                let distances = distances(tree, surface, &points, &hints, error)?;
+                let mut distances = distances(tree, surface, &points, &hints, error)?;
+                // Where gradients lead astray: no farther than the polygon's own crossing, which is on the surface.
+                let crossing = |k: usize| contour.crossings[triangles[chosen[k / samples.len()]].polygon as usize].at;
+                for (k, (distance, point)) in distances.iter_mut().zip(&points).enumerate() {
+                    *distance = distance.min(point.distance(crossing(k)));
+                }
                 for (&i, of) in chosen.iter().zip(distances.chunks(samples.len())) {
                     worst[i] = of.iter().copied().fold(worst[i], f32::max);
                 }
