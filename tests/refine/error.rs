@@ -13,7 +13,7 @@ fn turned(solid: Expr) -> GraphField {
 }
 
 /// Each vertex lies within ε: the field's bounds in the box of ± ε around it hold 0, and the sign changes between points
-/// of that box. Goes red when `Search::narrow` ends at ten times ε, or start vertices are not projected.
+/// of that box. Goes red when a bracket of any length counts as converged, and when midpoints stay at the middle.
 fn assert_near(surface: &Surface<'_>, mesh: &Mesh, epsilon: f32, most_off: u64, name: &str) {
     let mut off = 0;
     for vertex in &mesh.vertices {
@@ -107,7 +107,8 @@ fn creases_come_out() {
 }
 
 /// No triangle of a smooth surface is flipped, and shapes do not degrade: over five levels the smallest angles stay
-/// above a half of those at the start. Goes red without `close`.
+/// above a half of those at the start. Goes red when one of three parts is wound the other way round, and when midpoints
+/// stay at the middle.
 #[test]
 fn triangles_keep_their_shape() {
     let field = turned(ellipsoid([1.3, 0.3, 0.2]).unwrap());

@@ -12,8 +12,7 @@ use isoforge::mesh::Mesh;
 use isoforge::refine::{RefineReport, Settings, refine};
 use std::sync::Arc;
 
-/// Goes red when a triangle with three split edges is cut as one with two, and when the midpoints of the two triangles
-/// at an edge are two vertices.
+/// Goes red when one of the three parts of a triangle is wound the other way round.
 fn assert_same_topology(start: &Mesh, refined: &Mesh, report: &RefineReport, name: &str) {
     let (before, after) = (start.check(), refined.check());
     let bad = |r: &isoforge::mesh::check::Report| {

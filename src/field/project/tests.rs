@@ -29,8 +29,7 @@ fn ball() -> Expr {
     x().square() + y().square() + z().square()
 }
 
-/// However long the gradients are, all points end within ε. Goes red when a step is not clamped, and when a bracket
-/// of any length counts as converged.
+/// However long the gradients are, all points end within ε. Goes red when a bracket of any length counts as converged.
 #[test]
 fn badly_scaled_gradients() {
     for scale in [1e-30, 1e-10, 1.0, 1e10, 1e30] {
