@@ -76,7 +76,7 @@ fn measure_source(name: &str, args: &AccuracyArgs) -> Result<Table, Failure> {
     notes.iter().for_each(|note| eprintln!("isoforge: {note}"));
     let options = loaded.options(&source, memory_budget)?;
     let (surface, grid) = method::surface(&loaded, &options)?;
-    let settings = method::refine_settings(&args.refine.unwrap_or_default(), &wanted, &grid);
+    let settings = method::refine_settings(&args.refine.unwrap_or_default(), &wanted, &grid)?;
     let contest = Contest { surface, options, settings };
 
     let mut rows = vec![contest.row("uniform", || contest.uniform(&grid))?];

@@ -43,6 +43,9 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     notes.iter().for_each(|note| remark(note));
     let options = loaded.options(&args.source, memory_budget)?;
     let source = loaded.source();
+    let wanted = args.method.refine.as_ref();
+    let settings =
+        wanted.map(|wanted| method::refine_settings(wanted, &refine, source.grid())).transpose()?;
     if let Some(text) = source::precision_remark(source.grid()) {
         remark(&text);
     }
@@ -61,11 +64,10 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let job = Job { args, loaded: &loaded, options: &options, progress: &progress, remark: &remark };
     let Done { made, report, told } = job.extract(gpu)?;
     let refining = Instant::now();
-    let (made, refined) = match &args.method.refine {
-        Some(wanted) => {
+    let (made, refined) = match &settings {
+        Some(settings) => {
             progress.phase("refining");
-            let settings = method::refine_settings(wanted, &refine, source.grid());
-            let (made, told) = job.refine(made, &settings)?;
+            let (made, told) = job.refine(made, settings)?;
             (made, Some(told))
         }
         None => (made, None),

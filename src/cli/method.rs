@@ -22,6 +22,9 @@ use serde_json::{Value, json};
 /// The most seeds without surface that are told one by one.
 const TOLD: usize = 5;
 
+/// Bytes that a triangle takes while a mesh is refined, about: the mesh before and after, edges, marks, searches.
+const REFINED_BYTES: u64 = 300;
+
 impl MethodArgs {
     /// Whether vertices are marching cubes', on edges of the grid.
     fn is_mc(&self) -> bool {
@@ -250,26 +253,35 @@ fn octree_done(mesh: Mesh, told: &OctreeReport, grid: &Grid) -> Done {
 }
 
 /// The settings of the refiner: the user's words first, then the scene's.
-pub fn refine_settings(args: &RefineArg, scene: &scene::Refine, grid: &Grid) -> refine::Settings {
+pub fn refine_settings(
+    args: &RefineArg,
+    scene: &scene::Refine,
+    grid: &Grid,
+) -> Result<refine::Settings, Failure> {
     let (given, plain) = (args.0, refine::Settings::default().on(grid));
-    refine::Settings {
+    let settings = refine::Settings {
         flatness: given.flatness.or(scene.flatness).unwrap_or(plain.flatness),
         epsilon: given.epsilon.or(scene.epsilon).unwrap_or(plain.epsilon),
         depth: given.depth.or(scene.depth).unwrap_or(plain.depth),
+        step: given.step.or(scene.step).or(plain.step),
         ..plain
-    }
+    };
+    settings.check().map_err(|error| Failure::usage(format!("--refine: {error}")))?;
+    Ok(settings)
 }
 
 impl Job<'_> {
     /// Refines a mesh where it lies.
     pub fn refine(&self, made: Made, settings: &refine::Settings) -> Result<(Made, Value), Failure> {
         let (surface, _) = surface(self.loaded, self.options)?;
+        let most_triangles = settings.most_triangles.min(self.options.memory_budget / REFINED_BYTES);
+        let settings = &refine::Settings { most_triangles, ..*settings };
         let mesh = match made {
             Made::Cpu(mesh) => mesh,
             Made::Gpu(made) => made.1.read(&made.0).map_err(Failure::run)?,
         };
         let tell = |part| self.progress.set(part);
-        let (mesh, told) = refine::refine(&surface, &mesh, settings, &tell).map_err(Failure::usage)?;
+        let (mesh, told) = refine::refine(&surface, &mesh, settings, &tell).map_err(Failure::run)?;
         self.remark_on_refining(&told);
         Ok((Made::Cpu(mesh), refine_stats(&told)))
     }

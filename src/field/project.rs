@@ -11,8 +11,6 @@
 //! 4. once the sign has changed, the secant through both ends, moved by a little less than half of ε
 //!    towards the farther end: so two good guesses leave a bracket shorter than ε (the truncation of the ITP method,
 //!    Oliveira & Takahashi 2020). Every second step is a bisection where that does not help.
-//!
-//! `shaders/refine/project.wgsl` is the twin, operation by operation.
 
 use super::unit::{has_direction, largest, length, unit};
 use super::{NoForm, Surface};
@@ -123,6 +121,8 @@ pub(crate) struct Search {
     /// Outwards along the normal that the surface may have, as far as the surface may be; 0 if nothing is known.
     hint: Vec3,
     radius: f32,
+    /// The longest Newton step.
+    step: f32,
     /// 1 for each axis along which the point may move, else 0.
     free: Vec3,
     epsilon: f32,
@@ -151,6 +151,7 @@ impl Search {
             start_value: 0.0,
             hint: Vec3::ZERO,
             radius,
+            step: radius * 0.5,
             free: Vec3::ONE,
             epsilon: if epsilon > least { epsilon } else { least },
             line: Vec3::ZERO,
@@ -167,6 +168,11 @@ impl Search {
     /// A step outwards that may reach the surface from inside, and with the other sign from outside.
     pub(crate) fn with_hint(self, hint: Vec3) -> Self {
         Self { hint, ..self }
+    }
+
+    /// With no Newton step longer than that.
+    pub(crate) fn with_step(self, longest: f32) -> Self {
+        Self { step: if longest < self.step { longest } else { self.step }, ..self }
     }
 
     /// Moves along the axes alone where `free` is 1, not 0.
@@ -209,8 +215,7 @@ impl Search {
         }
         // A little too far rather than too short: a sign change is what is wanted.
         let newton = (self.low_value.abs() / length(gradient)) * 1.0625 + self.epsilon * 0.5;
-        let most = self.radius * 0.5;
-        let step = if newton < most { newton } else { most };
+        let step = if newton < self.step { newton } else { self.step };
         self.at = self.within(self.low + direction * (self.outwards(self.low_value) * step));
     }
 

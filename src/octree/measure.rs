@@ -34,6 +34,8 @@ const SMALL: u32 = 2;
 /// Part of ε within which the first step is believed: at an edge of the solid the nearest point is farther away than either
 /// face, 2.9 times for an edge of 40°.
 const NEAR: f32 = 0.35;
+/// How many times farther than a known point of the surface a projection is not believed.
+const ASTRAY: f32 = 4.0;
 /// Steps of projection beyond the first.
 const STEPS: usize = 3;
 
@@ -73,10 +75,12 @@ pub fn measure(
                     hints.resize(points.len(), tree.nodes[owner as usize].field);
                 }
                 let mut distances = distances(tree, surface, &points, &hints, error)?;
-                // Where gradients lead astray: no farther than the polygon's own crossing, which is on the surface.
-                let crossing = |k: usize| contour.crossings[triangles[chosen[k / samples.len()]].polygon as usize].at;
+                // Where the gradients led astray: no farther than the polygon's own crossing, which is on the surface.
+                let crossing =
+                    |k: usize| contour.crossings[triangles[chosen[k / samples.len()]].polygon as usize].at;
                 for (k, (distance, point)) in distances.iter_mut().zip(&points).enumerate() {
-                    *distance = distance.min(point.distance(crossing(k)));
+                    let to_crossing = point.distance(crossing(k));
+                    *distance = if *distance > ASTRAY * to_crossing { to_crossing } else { *distance };
                 }
                 for (&i, of) in chosen.iter().zip(distances.chunks(samples.len())) {
                     worst[i] = of.iter().copied().fold(worst[i], f32::max);

@@ -13,6 +13,9 @@ pub enum RefineError {
     /// The tolerance is NaN, infinite, 0 or below.
     #[error("epsilon is {0}: give a finite distance over 0, in world units")]
     Epsilon(f32),
+    /// The longest step is NaN, infinite, 0 or below.
+    #[error("step is {0}: give a finite length over 0, in world units")]
+    Step(f32),
     /// More levels than there may be.
     #[error("the depth is {0}: it may be {MOST_LEVELS} at most")]
     Depth(u32),

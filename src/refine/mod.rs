@@ -51,6 +51,9 @@ pub struct Settings {
     /// How near vertices come to the surface, in world units, finite and over 0. Edges of at most twice that length
     /// are not split.
     pub epsilon: f32,
+    /// The longest step towards the surface at a time, in world units, finite and over 0; half of what a vertex may move
+    /// (half of its edge) if it is none, or longer. Smaller ones take more steps: for fields whose gradient says little.
+    pub step: Option<f32>,
     /// Levels, each of which may halve an edge: 0 projects the start mesh alone, [`MOST_LEVELS`] is the most.
     pub depth: u32,
     /// The box (lowest, highest corner) at whose faces the mesh was cut off, if there is one: vertices and edges on a
@@ -65,6 +68,7 @@ impl Default for Settings {
         Self {
             flatness: 0.95,
             epsilon: 1e-4,
+            step: None,
             depth: 5,
             border: None,
             most_triangles: u64::from(u32::MAX) / 3,
@@ -97,13 +101,16 @@ impl Settings {
     /// Whether the numbers make sense.
     ///
     /// # Errors
-    /// [`RefineError::Flatness`], [`RefineError::Epsilon`], [`RefineError::Depth`], [`RefineError::Border`].
+    /// [`RefineError::Flatness`], [`RefineError::Epsilon`], [`RefineError::Step`], [`RefineError::Depth`], [`RefineError::Border`].
     pub fn check(&self) -> Result<(), RefineError> {
         if !(self.flatness > -1.0 && self.flatness <= 1.0) {
             return Err(RefineError::Flatness(self.flatness));
         }
         if !(self.epsilon > 0.0 && self.epsilon.is_finite()) {
             return Err(RefineError::Epsilon(self.epsilon));
+        }
+        if let Some(step) = self.step.filter(|step| !(*step > 0.0 && step.is_finite())) {
+            return Err(RefineError::Step(step));
         }
         if self.depth > MOST_LEVELS {
             return Err(RefineError::Depth(self.depth));

@@ -48,6 +48,7 @@ impl Task {
     pub(super) fn of_start(settings: &Settings, vertex: &Vertex, longest: f32) -> Self {
         let p = vertex.at();
         let search = Search::new(p, longest * REACH, settings.epsilon).with_free(settings.free(p, p));
+        let search = search.with_step(settings.step.unwrap_or(f32::MAX));
         Self { search, fallback: *vertex }
     }
 
@@ -67,6 +68,7 @@ impl Task {
         let free = settings.free(p, q);
         let start = middle + towards_crease(a, b, edge) * free;
         let search = Search::new(start, edge * REACH, settings.epsilon).with_hint(hint).with_free(free);
+        let search = search.with_step(settings.step.unwrap_or(f32::MAX));
         Self { search, fallback: Vertex { position: middle.into(), normal: direction.into() } }
     }
 }
