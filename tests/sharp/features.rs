@@ -146,26 +146,3 @@ fn smooth_is_smooth() {
         );
     }
 }
-
-/// How long it takes beside the uniform extraction: `cargo test --test sharp -- --ignored --nocapture`.
-#[test]
-#[ignore = "it measures, and checks nothing"]
-fn time_beside_uniform() {
-    let part = block().difference(cylinder(0.4, 3.0)).rotate(AXIS, 0.07).expect("an axis");
-    for (name, solid) in [("drilled block", part), ("ball", sphere(0.9))] {
-        let field = graph(&solid);
-        for n in [64, 128, 256] {
-            let grid = cube(n, 1.27);
-            let best = |run: &dyn Fn() -> usize| {
-                let one = |_| {
-                    let since = std::time::Instant::now();
-                    (run(), since.elapsed().as_secs_f64() * 1e3)
-                };
-                (0..3).map(one).reduce(|a, b| if b.1 < a.1 { b } else { a }).expect("three runs")
-            };
-            let (ours, ms) = best(&|| sharp(&field, &grid).0.triangles.len());
-            let (theirs, uniform_ms) = best(&|| uniform(&field, &grid).triangles.len());
-            println!("{name} {n}: {ours} triangles in {ms:.1} ms; uniform {theirs} in {uniform_ms:.1} ms");
-        }
-    }
-}
