@@ -222,7 +222,7 @@ impl Job<'_> {
         }
         if told.thin > 0 {
             (self.remark)(&format!(
-                "in {} of the smallest cells the surface may be thinner than a cell, and is not seen there",
+                "bounds leave {} of the smallest cells in doubt: a part thinner than a cell could be missing there",
                 told.thin
             ));
         }
@@ -289,7 +289,7 @@ impl Job<'_> {
     fn remark_on_refining(&self, told: &RefineReport) {
         if told.not_converged > 0 {
             (self.remark)(&format!(
-                "{} vertices stayed where they were: no surface was found near them",
+                "{} vertices are not on the surface: none was found near them, and they stayed in the middle of their edges",
                 told.not_converged
             ));
         }
