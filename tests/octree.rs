@@ -118,8 +118,8 @@ fn random_csg(random: &mut Random) -> Expr {
     whole
 }
 
-/// Whatever the signs: no edge of one, three or four triangles, no vertex of two fans. Should go red (not yet tried) when sides of an ambiguous face
-/// are not told apart (`walk` over all polygons of a leaf at once), and without `doubled`.
+/// Whatever the signs: no edge of one, three or four triangles, no vertex of two fans. Goes red
+/// when polygons are wound by the other end's sign, and when the leaves that `measure` names are not split.
 #[test]
 fn random_solids_are_closed_and_manifold() {
     let mut random = Random(11);
@@ -135,7 +135,7 @@ fn random_solids_are_closed_and_manifold() {
     assert!(triangles > 30_000 && flipped < triangles as u64 / 200, "{flipped} of {triangles}");
 }
 
-/// Signs without any sense: each face may be ambiguous, beside leaves of any size. Should go red (not yet tried) as the one above.
+/// Signs without any sense: each face may be ambiguous, beside leaves of any size.
 #[test]
 fn noise_is_manifold() {
     for seed in 0..12u64 {
@@ -155,7 +155,6 @@ fn noise_is_manifold() {
     }
 }
 
-/// Should go red (not yet tried) when a leaf is kept whose middle has another sign than all its corners (`agrees`).
 #[test]
 fn resolved_shapes_have_the_uniform_mesh_s_topology() {
     for (name, expr, euler) in [
@@ -179,7 +178,7 @@ fn resolved_shapes_have_the_uniform_mesh_s_topology() {
     }
 }
 
-/// Should go red (not yet tried) when polygons are wound by the other end's sign, and (torus) without the retreat to the mean.
+/// Goes red when polygons are wound by the other end's sign.
 #[test]
 fn no_triangle_of_a_smooth_surface_is_flipped() {
     let blend = sphere(0.4).smooth_union(box_([-0.7, -0.2, -0.2], [0.1, 0.3, 0.25]).round(0.1), 0.2);
@@ -202,7 +201,7 @@ fn no_triangle_of_a_smooth_surface_is_flipped() {
     }
 }
 
-/// Was red while triangles with a crease between the samples were looked at at few points; should go red (not yet tried) when
+/// Was red while triangles with a crease between the samples were looked at at few points; goes red when
 /// the leaves that `measure` names are not split.
 #[test]
 fn the_error_bound_holds_and_errors_fall_with_it() {
@@ -231,7 +230,7 @@ fn the_error_bound_holds_and_errors_fall_with_it() {
     }
 }
 
-/// Should go red (not yet tried) with `Placement::Mean`.
+/// Goes red with `Placement::Mean`.
 #[test]
 fn fewer_triangles_than_the_uniform_mesh_at_equal_error() {
     for (name, expr, part) in [("torus", torus_distance(0.55, 0.23), 1.0), ("holes", two_holes(), 0.3)] {
@@ -245,7 +244,7 @@ fn fewer_triangles_than_the_uniform_mesh_at_equal_error() {
     }
 }
 
-/// Should go red (not yet tried) with `Placement::Mean`, and when `minimiser` stops after one direction.
+/// Goes red with `Placement::Mean`.
 #[test]
 fn a_turned_cube_keeps_its_edges_and_corners() {
     let f = field(&box_([-0.5; 3], [0.5; 3]).rotate([1.0, 2.0, 3.0], 0.1).unwrap());
@@ -259,7 +258,6 @@ fn a_turned_cube_keeps_its_edges_and_corners() {
     assert!(mesh.triangles.len() < 4000, "{}", mesh.triangles.len());
 }
 
-/// Should go red (not yet tried) without the border's flat cells: the mesh ends half a cell before.
 #[test]
 fn borders_are_open_and_reached() {
     let low = Vec3::new(-0.5, -0.71, -0.3);
@@ -283,7 +281,7 @@ fn borders_are_open_and_reached() {
     }
 }
 
-/// Should go red (not yet tried) when `mirrored` is not heeded.
+/// Goes red when `mirrored` is not heeded.
 #[test]
 fn sheared_and_mirrored_grids() {
     for sign in [1.0, -1.0] {
@@ -298,7 +296,7 @@ fn sheared_and_mirrored_grids() {
     }
 }
 
-/// Should go red (not yet tried) when the budget is not looked at.
+/// Goes red when the budget is not looked at.
 #[test]
 fn a_budget_that_runs_out_gives_a_valid_mesh() {
     let f = field(&gyroid_ball());
@@ -348,7 +346,6 @@ fn thin_features_are_counted() {
     assert_eq!(run(&field(&sphere(0.6)), &cube(32), |_| {}).1.thin, 0);
 }
 
-/// Should go red (not yet tried) when tasks are as large as the threads make them and evaluate different fields.
 #[test]
 fn the_same_bytes_on_one_thread_and_on_many() {
     let f = field(&random_csg(&mut Random(5)));

@@ -34,7 +34,6 @@ impl MethodArgs {
     /// The flag that asks for what only the CPU does.
     pub fn cpu_alone(&self) -> Option<&'static str> {
         match self.method {
-            MethodArg::Octree => Some("--method octree"),
             MethodArg::Dmc => Some("--method dmc"),
             MethodArg::Mc => self.sharp.then_some("--sharp"),
         }
@@ -55,12 +54,8 @@ pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
             "--track",
             "follows marching cubes alone: leave it or the other method out",
         ),
-        (of.error.is_some() && of.method == MethodArg::Mc, "--error", "is of --method dmc and octree"),
-        (
-            of.most_cells.is_some() && of.method == MethodArg::Mc,
-            "--most-cells",
-            "is of --method dmc and octree",
-        ),
+        (of.error.is_some() && of.method == MethodArg::Mc, "--error", "is of --method dmc"),
+        (of.most_cells.is_some() && of.method == MethodArg::Mc, "--most-cells", "is of --method dmc"),
     ];
     if let Some((_, flag, why)) = pairs.into_iter().find(|(wrong, ..)| *wrong) {
         return Err(Failure::usage(format!("{flag} {why}")));
@@ -190,7 +185,7 @@ fn track_stats(told: &TrackReport) -> Value {
 
 impl Job<'_> {
     /// Dual contouring of an octree.
-    pub fn dual_marching_cubes(&self) -> Result<Done, Failure> {
+    pub fn octree(&self) -> Result<Done, Failure> {
         let (surface, grid) = surface(self.loaded, self.options)?;
         let plain = octree::Settings::new(&grid);
         let args = &self.args.method;

@@ -95,8 +95,6 @@ mod tests {
         let at = |n: &DVec3| Plane { at: corner + n.any_orthonormal_vector() * 0.5, normal: *n };
         normals.iter().map(at).collect()
     }
-
-    /// Should go red (not yet tried) with GAIN 0 (no second direction), and with the eigenvectors' order reversed.
     #[test]
     fn corners_and_creases_are_found() {
         let oblique = DVec3::new(1.0, 2.0, 2.0) / 3.0;

@@ -100,7 +100,6 @@ fn flags_that_say_nothing_together() {
         (&["--most-cells", "9"], "--most-cells is of --method dmc"),
         (&["--method", "dmc", "--backend", "gpu"], "leave out --backend gpu"),
         (&["--method", "dmc", "--error", "-1"], "--error: the error bound is -1"),
-        (&["--method", "octree", "--error", "0"], "--error: the error bound is 0"),
         (&["--method", "dmc", "--most-cells", "0"], "--most-cells"),
         (&["--refine", "flatness=1.5"], "flatness is 1.5: give the cosine"),
         (&["--refine", "flatness=-1"], "above -1"),
