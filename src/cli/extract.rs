@@ -77,7 +77,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         remark(&format!("{} samples are NaN or infinite and count as outside", report.non_finite));
     }
     if report.triangles == 0 {
-        remark(&empty_message(&loaded, &options, &made));
+        remark(&empty_message(args, &loaded, &options, &made));
     }
 
     let is_volume = matches!(loaded, Loaded::Volume { .. });
@@ -215,7 +215,7 @@ impl Job<'_> {
                 Err(TrackError::Extract(error)) => {
                     return Err(Failure::run(backend::with_hint(&error, &self.loaded.source())));
                 }
-                Err(error) => return Err(Failure::run(error)),
+                Err(error) => return Err(method::track_failure(error)),
             }
         }
         match args.method.method {
@@ -266,7 +266,13 @@ fn is_limit_of_gpu(error: &TrackError) -> bool {
     )
 }
 
-fn empty_message(loaded: &Loaded, options: &Options, made: &Made) -> String {
+fn empty_message(args: &ExtractArgs, loaded: &Loaded, options: &Options, made: &Made) -> String {
+    if args.method.track {
+        return "the mesh is empty: nothing that was looked at crosses the surface; --search 1 finds all there is".into();
+    }
+    if args.method.most_cells.is_some() {
+        return "the mesh is empty: no cell that the budget allows crosses the surface; raise it (--most-cells)".into();
+    }
     // The GPU looks at a coarse grid.
     let about = if matches!(made, Made::Gpu(_)) { "about " } else { "" };
     let range = match (made, &loaded.source()) {

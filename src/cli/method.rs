@@ -120,7 +120,7 @@ impl Job<'_> {
         let seeds = seeds(&self.args.method, self.loaded);
         let tell = |part| self.progress.set(part);
         let (mesh, report, told) =
-            track::track(&self.loaded.source(), self.options, &seeds, &tell).map_err(Failure::run)?;
+            track::track(&self.loaded.source(), self.options, &seeds, &tell).map_err(track_failure)?;
         track_notes(&told).iter().for_each(|note| (self.remark)(note));
         Ok(Done { made: Made::Cpu(mesh), report, told: track_stats(&told) })
     }
@@ -149,6 +149,17 @@ impl Job<'_> {
     }
 }
 
+/// Whether the user's words or the run are at fault.
+pub fn track_failure(error: TrackError) -> Failure {
+    match error {
+        TrackError::NoSeeds
+        | TrackError::SeedNotFinite { .. }
+        | TrackError::CoarseStep
+        | TrackError::SearchSize => Failure::usage(error),
+        _ => Failure::run(error),
+    }
+}
+
 fn track_notes(told: &TrackReport) -> Vec<String> {
     let mut notes = Vec::new();
     for missed in told.missed.iter().take(TOLD) {
@@ -166,12 +177,13 @@ fn track_notes(told: &TrackReport) -> Vec<String> {
                 search.undecided, search.cells
             )
         } else {
-            format!(
-                "the source has no intervals, so boxes of {} cells were looked at by their corners alone: what fits into one may be missing",
-                search.cells
-            )
+            format!("what fits into {} cells may be missing", search.cells)
         };
-        notes.push(format!("{} boxes are proven to hold no surface; {certain}", search.empty));
+        notes.push(if search.by_intervals {
+            format!("{} boxes are proven to hold no surface; {certain}", search.empty)
+        } else {
+            format!("the source has no intervals, its samples were looked at: {certain}")
+        });
     }
     notes
 }
@@ -209,10 +221,20 @@ impl Job<'_> {
             ));
         }
         if told.over > 0 {
+            let why = if told.unsplit > 0 {
+                "for want of cells"
+            } else {
+                "where cells have the grid's size: a finer grid (-n) allows less"
+            };
             (self.remark)(&format!(
-                "{} triangles lie farther than {error} from the surface, the farthest {:.3e}, where cells have the \
-                 grid's size: a finer grid (-n) allows less",
+                "{} triangles lie farther than {error} from the surface, the farthest {:.3e}, {why}",
                 told.over, told.largest_error
+            ));
+        }
+        if told.flipped > 0 {
+            (self.remark)(&format!(
+                "{} triangles look against the surface's normal: a finer grid helps",
+                told.flipped
             ));
         }
         if told.thin > 0 {

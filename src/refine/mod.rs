@@ -176,7 +176,7 @@ pub fn refine(
     let mut mesh = proper(mesh, settings)?;
     let mut report = RefineReport { improper: mesh.1, ..RefineReport::default() };
     let mesh = &mut mesh.0;
-    let mut tally = start(surface, mesh, settings)?;
+    let (mut tally, mut placed) = start(surface, mesh, settings)?;
     let level = |mesh: &Mesh, [bent, for_shape]: [u64; 2]| Level {
         vertices: mesh.vertices.len() as u64,
         triangles: mesh.triangles.len() as u64,
@@ -187,7 +187,9 @@ pub fn refine(
     for number in 1..=settings.depth {
         // Levels grow; that each takes twice as long as the one before is a guess.
         progress(f64::exp2(f64::from(number) - f64::from(settings.depth) - 1.0));
-        let Some((splits, of_level)) = refine_once(surface, mesh, settings, number)? else { break };
+        let Some((splits, of_level)) = refine_once(surface, mesh, &mut placed, settings, number)? else {
+            break;
+        };
         tally += of_level;
         report.levels.push(level(mesh, splits));
     }
@@ -228,8 +230,8 @@ impl Settings {
     }
 }
 
-/// Puts the vertices of the start mesh on the surface.
-fn start(surface: &Surface<'_>, mesh: &mut Mesh, settings: &Settings) -> Result<Tally, NoForm> {
+/// Puts the vertices of the start mesh on the surface; which of them lie on it.
+fn start(surface: &Surface<'_>, mesh: &mut Mesh, settings: &Settings) -> Result<(Tally, Vec<bool>), NoForm> {
     let mut longest = vec![0.0f32; mesh.vertices.len()];
     let mut sums = Vec::new();
     for triangle in &mesh.triangles {
@@ -273,7 +275,7 @@ fn start(surface: &Surface<'_>, mesh: &mut Mesh, settings: &Settings) -> Result<
     });
     tally.taken_back += taken_back;
     tally.projected -= taken_back;
-    Ok(tally)
+    Ok((tally, placed))
 }
 
 /// Takes vertices back to their fallbacks, as long as `find` names such that are placed: of `vertices` from `first` on,
@@ -307,18 +309,21 @@ fn take_back(
     }
 }
 
-/// One level: the edges that were split because they were not flat and for shape, or nothing if all are flat.
+/// One level, with what lies on the surface: the edges that were split because they were not flat and for shape, or nothing if all are flat.
 fn refine_once(
     surface: &Surface<'_>,
     mesh: &mut Mesh,
+    on_surface: &mut Vec<bool>,
     settings: &Settings,
     number: u32,
 ) -> Result<Option<([u64; 2], Tally)>, RefineError> {
     let edges = Edges::new(mesh.vertices.len(), &mesh.triangles);
     let at = |i: u32| &mesh.vertices[i as usize];
     let lengths: Vec<f32> = edges.ends.par_iter().map(|&[a, b]| length(at(b).at() - at(a).at())).collect();
+    // Where no surface was found splitting finds none either, but goes on.
+    let is_near = |a: u32, b: u32| on_surface[a as usize] && on_surface[b as usize];
     let bent = |(&[a, b], &length): (&[u32; 2], &f32)| {
-        length > 2.0 * settings.epsilon && !is_flat(at(a), at(b), length, settings.flatness)
+        is_near(a, b) && length > 2.0 * settings.epsilon && !is_flat(at(a), at(b), length, settings.flatness)
     };
     let mut marks: Vec<bool> = edges.ends.par_iter().zip(&lengths).map(bent).collect();
     let bent = marks.iter().filter(|&&m| m).count();
@@ -373,6 +378,7 @@ fn refine_once(
     });
     tally.taken_back += taken_back;
     tally.projected -= taken_back;
+    on_surface.append(&mut placed);
 
     let chunks = mesh.triangles.par_chunks(CHUNK).zip(edges.of.par_chunks(CHUNK));
     let parts: Vec<Vec<[u32; 3]>> = chunks

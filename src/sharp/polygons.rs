@@ -22,6 +22,8 @@ const CIRCLE: [u8; 4] = [0, 1, 3, 2];
 pub struct Polygons {
     /// Of sheets, then of segments, then of crossed edges in the border.
     pub vertices: Vec<Placed>,
+    /// The vertices of segments in which two sheets meet for one of two times, as numbers; sorted.
+    between: Vec<u32>,
     /// Corners of the polygons, one after another.
     corners: Vec<u32>,
     /// The first corner of each polygon, and the end.
@@ -187,6 +189,10 @@ impl Polygons {
             Ok(placed)
         };
         let placed: Vec<Vec<Placed>> = segments.par_chunks(64).map(of_task).collect::<Result<_, NoForm>>()?;
+        let is_between =
+            |(_, (_, sheet, face)): &(u32, &([u32; 2], u32, u8))| !maker.is_border(*sheet, *face);
+        let numbered = (sheets.all.len() as u32..).zip(&segments);
+        let between = numbered.filter(is_between).map(|(number, _)| number).collect();
         maker.segments = segments.into_iter().map(|(ends, ..)| ends).collect();
         let mut vertices = sheets.placed.clone();
         vertices.extend(placed.into_iter().flatten());
@@ -208,7 +214,7 @@ impl Polygons {
         let normals = hermite.crossings.iter().map(|c| c.normal).collect();
         let outward = hermite.crossings.iter().map(|c| unit(outward(scene, c))).collect();
         let least_area = LEAST_AREA * scene.frame.cell * scene.frame.cell;
-        Ok(Self { vertices, corners, first, normals, outward, least_area })
+        Ok(Self { vertices, between, corners, first, normals, outward, least_area })
     }
 
     fn corners_of(&self, polygon: usize) -> &[u32] {
@@ -232,8 +238,13 @@ impl Polygons {
             let n = corners.len();
             let at = |i: usize| self.vertices[corners[i % n] as usize].at;
             let mut best = (0, f64::NEG_INFINITY, f64::INFINITY);
+            // Two sheets that meet twice are joined by their segments' vertices alone: a diagonal between them would be
+            // that of the four polygons there.
+            let is_between = |i: &usize| self.between.binary_search(&corners[*i]).is_ok();
+            let has_between = (0..n).any(|i| is_between(&i));
             // The two ends of a quadrilateral's diagonal are one fan.
-            for from in 0..if n == 4 { 2 } else { n } {
+            let ends = if n == 4 && !has_between { 2 } else { n };
+            for from in (0..ends).filter(|i| !has_between || is_between(i)) {
                 let (mut least, mut length) = (f64::INFINITY, 0.0f64);
                 for i in 1..n.saturating_sub(1) {
                     let (a, b, c) = (at(from), at(from + i), at(from + i + 1));

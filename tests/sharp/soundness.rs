@@ -147,6 +147,19 @@ fn odd_fields() {
     }
 }
 
+/// Pores and necks of a molecule, where sheets meet twice. Goes red when polygons there are cut by a diagonal between the two
+/// sheets.
+#[test]
+fn a_molecule() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/scenes/molecule.toml");
+    let scene = isoforge::scene::Scene::open(&path, &Default::default()).expect("a scene");
+    let (field, [low, high]) = (scene.field(), scene.bounds.expect("bounds"));
+    for cells in [30, 40, 50] {
+        let grid = Grid::from_bounds([cells; 3], low, high).expect("a grid");
+        assert_sound(&field, &grid, "molecule");
+    }
+}
+
 #[test]
 fn what_is_refused() {
     let endless =
