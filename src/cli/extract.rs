@@ -210,7 +210,7 @@ impl Job<'_> {
             _ if args.method.track => self.track_on_cpu(),
             _ if args.method.sharp => self.sharp(),
             MethodArg::Dmc => self.dual_marching_cubes(),
-            MethodArg::Octree => self.dual_marching_cubes(),
+            MethodArg::Octree => self.octree(),
             MethodArg::Mc => {
                 let (mesh, report) =
                     extract_on_cpu(&self.loaded.source(), self.options, &|part| self.progress.set(part))

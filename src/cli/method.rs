@@ -158,10 +158,26 @@ fn track_stats(told: &TrackReport) -> Value {
     json!({"seeds_missed": told.missed.len(), "rounds": told.rounds, "components": told.components, "dropped": told.dropped, "search": search})
 }
 
+/// [`octree::extract`] or [`octree::polygonize`].
+type OctreeMethod = fn(
+    &Surface<'_>,
+    &Grid,
+    &octree::Settings,
+    &(dyn Fn(f64) + Sync),
+) -> Result<(Mesh, OctreeReport), OctreeError>;
 
 impl Job<'_> {
     /// Dual contouring of an octree.
     pub fn dual_marching_cubes(&self) -> Result<Done, Failure> {
+        self.on_octree(octree::extract)
+    }
+
+    /// Polygons in the leaves of an octree.
+    pub fn octree(&self) -> Result<Done, Failure> {
+        self.on_octree(octree::polygonize)
+    }
+
+    fn on_octree(&self, extract: OctreeMethod) -> Result<Done, Failure> {
         let (surface, grid) = surface(self.loaded, self.options)?;
         let plain = octree::Settings::new(&grid);
         let args = &self.args.method;
@@ -171,7 +187,7 @@ impl Job<'_> {
             ..plain
         };
         let tell = |part| self.progress.set(part);
-        let (mesh, told) = octree::extract(&surface, &grid, &settings, &tell).map_err(octree_failure)?;
+        let (mesh, told) = extract(&surface, &grid, &settings, &tell).map_err(octree_failure)?;
         self.remark_on_octree(&told, settings.error);
         Ok(octree_done(mesh, &told, &grid))
     }

@@ -15,7 +15,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 /// Part of ε that the middle of a polygon without a vertex there may be away from the surface.
-const FLAT: f32 = 0.5;
+const FLAT: f32 = 0.75;
 /// The most corners of a polygon without a vertex in its middle: around large leaves they often lie on one line.
 const FEW: usize = 6;
 /// Part of ε within which a middle is on the surface.
