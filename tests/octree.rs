@@ -1,5 +1,7 @@
 //! Adaptive extraction on an octree: what its meshes are, whatever the field, and how near they are to the surface.
 
+#[path = "octree/bloomenthal.rs"]
+mod bloomenthal;
 mod common;
 
 use common::Random;
@@ -118,6 +120,16 @@ fn random_csg(random: &mut Random) -> Expr {
     whole
 }
 
+/// A ball in a shell where each point has a sign of its own.
+fn noisy_ball(seed: u64) -> impl Field {
+    Closure::new(Sense::Below, move |p: Vec3| {
+        let bits = p.to_array().map(|v| u64::from(v.to_bits()));
+        let mut random = Random(seed ^ bits[0] << 40 ^ bits[1] << 20 ^ bits[2]);
+        random.next();
+        p.length() - 0.7 + 0.5 * (random.unit() - 0.5)
+    })
+}
+
 /// Whatever the signs: no edge of one, three or four triangles, no vertex of two fans. Goes red
 /// when polygons are wound by the other end's sign, and when the leaves that `measure` names are not split.
 #[test]
@@ -139,13 +151,7 @@ fn random_solids_are_closed_and_manifold() {
 #[test]
 fn noise_is_manifold() {
     for seed in 0..12u64 {
-        let noise = Closure::new(Sense::Below, move |p: Vec3| {
-            let bits = p.to_array().map(|v| u64::from(v.to_bits()));
-            let mut random = Random(seed ^ bits[0] << 40 ^ bits[1] << 20 ^ bits[2]);
-            random.next();
-            let shell = p.length() - 0.7;
-            shell + 0.5 * (random.unit() - 0.5)
-        });
+        let noise = noisy_ball(seed);
         let (mesh, _) = run(&noise, &cube(16), |s| {
             s.error = [0.02, 0.2, 0.6][seed as usize % 3];
             s.placement = [Placement::Quadric, Placement::Mean][seed as usize % 2];

@@ -94,6 +94,9 @@ fn measure_source(name: &str, args: &AccuracyArgs) -> Result<Table, Failure> {
             Ok(octree::extract(&surface, &grid, &of_octree, &|_| {}).map_err(Failure::run)?.0)
         })?,
     );
+    rows.push(contest.row("octree", || {
+        Ok(octree::polygonize(&surface, &grid, &of_octree, &|_| {}).map_err(Failure::run)?.0)
+    })?);
     let equal = contest.uniform_with_error(&grid, rows[1].error.distance_rms)?;
     let triangles_ratio = equal.as_ref().map(|row| rows[1].triangles as f64 / row.triangles as f64);
     rows.extend(equal);

@@ -217,12 +217,12 @@ pub struct MethodArgs {
     #[arg(long, value_enum, default_value = "mc")]
     pub method: MethodArg,
 
-    /// How far the mesh of --method dmc may lie from the surface, in world units [default: a tenth of the
+    /// How far the mesh of --method dmc or octree may lie from the surface, in world units [default: a tenth of the
     /// shortest cell edge]
     #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
     pub error: Option<f32>,
 
-    /// The most cells that the octree of --method dmc may have
+    /// The most cells that the octree of --method dmc or octree may have
     #[arg(long, value_name = "N")]
     pub most_cells: Option<u64>,
 
@@ -259,6 +259,8 @@ pub struct MethodArgs {
 pub enum MethodArg {
     /// Marching cubes on the uniform grid
     Mc,
+    /// Polygons of an octree's cells (Bloomenthal), closed between cells of different sizes
+    Octree,
     /// Dual contouring of an octree whose smallest cells are the grid's: fewer triangles where the surface is flat, sharp
     /// edges
     Dmc,

@@ -221,7 +221,8 @@ impl Job<'_> {
         match args.method.method {
             _ if args.method.track => self.track_on_cpu(),
             _ if args.method.sharp => self.sharp(),
-            MethodArg::Dmc => self.octree(),
+            MethodArg::Dmc => self.dual_marching_cubes(),
+            MethodArg::Octree => self.octree(),
             MethodArg::Mc => {
                 let (mesh, report) =
                     extract_on_cpu(&self.loaded.source(), self.options, &|part| self.progress.set(part))

@@ -35,6 +35,7 @@ impl MethodArgs {
     pub fn cpu_alone(&self) -> Option<&'static str> {
         match self.method {
             MethodArg::Dmc => Some("--method dmc"),
+            MethodArg::Octree => Some("--method octree"),
             MethodArg::Mc => self.sharp.then_some("--sharp"),
         }
     }
@@ -54,8 +55,12 @@ pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
             "--track",
             "follows marching cubes alone: leave it or the other method out",
         ),
-        (of.error.is_some() && of.method == MethodArg::Mc, "--error", "is of --method dmc"),
-        (of.most_cells.is_some() && of.method == MethodArg::Mc, "--most-cells", "is of --method dmc"),
+        (of.error.is_some() && of.method == MethodArg::Mc, "--error", "is of --method dmc and octree"),
+        (
+            of.most_cells.is_some() && of.method == MethodArg::Mc,
+            "--most-cells",
+            "is of --method dmc and octree",
+        ),
     ];
     if let Some((_, flag, why)) = pairs.into_iter().find(|(wrong, ..)| *wrong) {
         return Err(Failure::usage(format!("{flag} {why}")));
@@ -195,9 +200,26 @@ fn track_stats(told: &TrackReport) -> Value {
     json!({"seeds_missed": told.missed.len(), "rounds": told.rounds, "components": told.components, "dropped": told.dropped, "search": search})
 }
 
+/// [`octree::extract`] or [`octree::polygonize`].
+type OctreeMethod = fn(
+    &Surface<'_>,
+    &Grid,
+    &octree::Settings,
+    &(dyn Fn(f64) + Sync),
+) -> Result<(Mesh, OctreeReport), OctreeError>;
+
 impl Job<'_> {
     /// Dual contouring of an octree.
+    pub fn dual_marching_cubes(&self) -> Result<Done, Failure> {
+        self.on_octree(octree::extract)
+    }
+
+    /// Polygons in the leaves of an octree.
     pub fn octree(&self) -> Result<Done, Failure> {
+        self.on_octree(octree::polygonize)
+    }
+
+    fn on_octree(&self, extract: OctreeMethod) -> Result<Done, Failure> {
         let (surface, grid) = surface(self.loaded, self.options)?;
         let plain = octree::Settings::new(&grid);
         let args = &self.args.method;
@@ -207,7 +229,7 @@ impl Job<'_> {
             ..plain
         };
         let tell = |part| self.progress.set(part);
-        let (mesh, told) = octree::extract(&surface, &grid, &settings, &tell).map_err(octree_failure)?;
+        let (mesh, told) = extract(&surface, &grid, &settings, &tell).map_err(octree_failure)?;
         self.remark_on_octree(&told, settings.error);
         Ok(octree_done(mesh, &told, &grid))
     }

@@ -6,7 +6,7 @@
 
 use super::fields::Fields;
 use super::quadric::{Plane, minimiser};
-use super::tree::{Sampled, Tree, Verdict, excludes, world_box};
+use super::tree::{Node, Sampled, Tree, Verdict, excludes, world_box};
 use crate::field::{NoForm, Surface};
 use crate::grid::Grid;
 use glam::{DVec3, UVec3, Vec3};
@@ -34,6 +34,23 @@ fn lattice_edges() -> impl Iterator<Item = [usize; 2]> {
 }
 
 impl Criterion<'_> {
+    /// What the signs at the lattice points say alone: `None` for a node whose surface they show.
+    pub fn by_signs(&self, fields: &Fields, node: &Node, lattice: &[f32; 27]) -> Option<Verdict> {
+        if node.size > self.coarsest {
+            return Some(Verdict::Split);
+        }
+        if lattice.iter().all(|v| *v < 0.0) || lattice.iter().all(|v| *v >= 0.0) {
+            // What may be hidden here is looked for, but not nearer to the border than what is allowed to be wrong:
+            // it is a neighbour's surface that bulges.
+            let (low, high) = world_box(self.grid, node.low, node.high());
+            let margin = Vec3::splat(self.error).min((high - low) * 0.5);
+            let here = fields.surface(self.surface, node.field);
+            let hidden = !excludes(here.range(low + margin, high - margin));
+            return Some(if hidden { Verdict::Split } else { Verdict::Keep });
+        }
+        (!agrees(lattice)).then_some(Verdict::Split)
+    }
+
     /// See [`Tree::grow`].
     ///
     /// # Errors
@@ -44,18 +61,8 @@ impl Criterion<'_> {
         let mut ranges = Vec::with_capacity(nodes.len());
         for Sampled { node, lattice } in nodes {
             let begin = points.len();
-            if node.size > self.coarsest {
-                verdicts.push(Verdict::Split);
-            } else if lattice.iter().all(|v| *v < 0.0) || lattice.iter().all(|v| *v >= 0.0) {
-                // What may be hidden here is looked for, but not nearer to the border than what is allowed to be wrong:
-                // it is a neighbour's surface that bulges.
-                let (low, high) = world_box(self.grid, node.low, node.high());
-                let margin = Vec3::splat(self.error).min((high - low) * 0.5);
-                let here = fields.surface(self.surface, node.field);
-                let hidden = !excludes(here.range(low + margin, high - margin));
-                verdicts.push(if hidden { Verdict::Split } else { Verdict::Keep });
-            } else if !agrees(lattice) {
-                verdicts.push(Verdict::Split);
+            if let Some(verdict) = self.by_signs(fields, node, lattice) {
+                verdicts.push(verdict);
             } else {
                 verdicts.push(Verdict::Keep);
                 let position = |i: usize| {

@@ -1,7 +1,7 @@
 //! How far the mesh is from the surface, and which leaves to split for it.
 
 use super::tree::Tree;
-use super::triangles::{Triangle, is_flipped};
+use super::triangles::is_flipped;
 use super::{Contour, TASK};
 use crate::field::{NoForm, Surface};
 use glam::Vec3;
@@ -30,7 +30,7 @@ const SAMPLES: [[f32; 3]; 16] = [
 /// How many of them are for all triangles.
 const FEW: usize = 7;
 /// The size of the largest leaves with few samples.
-const SMALL: u32 = 2;
+pub const SMALL: u32 = 2;
 /// Part of ε within which the first step is believed: at an edge of the solid the nearest point is farther away than either
 /// face, 2.9 times for an edge of 40°.
 const NEAR: f32 = 0.35;
@@ -38,6 +38,18 @@ const NEAR: f32 = 0.35;
 const ASTRAY: f32 = 4.0;
 /// Steps of projection beyond the first.
 const STEPS: usize = 3;
+
+/// A triangle as [`farthest`] looks at it.
+pub struct Placed {
+    /// Its corners.
+    pub corners: [Vec3; 3],
+    /// The number of a field that may hold there.
+    pub field: u32,
+    /// A point of the surface beside it.
+    pub known: Vec3,
+    /// Whether it is of a leaf larger than [`SMALL`].
+    pub is_large: bool,
+}
 
 /// What was found.
 #[derive(Debug, Default)]
@@ -60,46 +72,18 @@ pub fn measure(
     contour: &Contour,
     error: f32,
 ) -> Result<Measured, NoForm> {
-    let found: Vec<Vec<f32>> = contour
-        .triangles
-        .par_chunks(TASK / 4)
-        .map(|triangles| {
-            let mut worst = vec![0.0f32; triangles.len()];
-            let mut look = |chosen: &[usize], samples: &[[f32; 3]]| {
-                let mut points = Vec::with_capacity(chosen.len() * samples.len());
-                let mut hints = Vec::with_capacity(points.capacity());
-                for t in chosen.iter().map(|&i| &triangles[i]) {
-                    let [a, b, c] = t.vertices.map(|v| contour.positions[v as usize]);
-                    let owner = contour.dual.polygons[t.polygon as usize].owner;
-                    points.extend(samples.iter().map(|[u, v, w]| a * u + b * v + c * w));
-                    hints.resize(points.len(), tree.nodes[owner as usize].field);
-                }
-                let mut distances = distances(tree, surface, &points, &hints, error)?;
-                // Where the gradients led astray: no farther than the polygon's own crossing, which is on the surface.
-                let crossing =
-                    |k: usize| contour.crossings[triangles[chosen[k / samples.len()]].polygon as usize].at;
-                for (k, (distance, point)) in distances.iter_mut().zip(&points).enumerate() {
-                    let to_crossing = point.distance(crossing(k));
-                    *distance = if *distance > ASTRAY * to_crossing { to_crossing } else { *distance };
-                }
-                for (&i, of) in chosen.iter().zip(distances.chunks(samples.len())) {
-                    worst[i] = of.iter().copied().fold(worst[i], f32::max);
-                }
-                Ok::<_, NoForm>(worst.clone())
-            };
-            let first = look(&(0..triangles.len()).collect::<Vec<_>>(), &SAMPLES[..FEW])?;
-            let is_large = |t: &Triangle| {
-                let corners = &contour.dual.polygons[t.polygon as usize].corners;
-                corners.iter().any(|c| tree.nodes[c.leaf as usize].size > SMALL)
-            };
-            let closer: Vec<usize> =
-                (0..triangles.len()).filter(|&i| first[i] > 0.4 * error || is_large(&triangles[i])).collect();
-            if closer.is_empty() { Ok(first) } else { look(&closer, &SAMPLES[FEW..]) }
-        })
-        .collect::<Result<_, NoForm>>()?;
+    let found = farthest(tree, surface, error, &contour.triangles, |t| {
+        let polygon = &contour.dual.polygons[t.polygon as usize];
+        Placed {
+            corners: t.vertices.map(|v| contour.positions[v as usize]),
+            field: tree.nodes[polygon.owner as usize].field,
+            known: contour.crossings[t.polygon as usize].at,
+            is_large: polygon.corners.iter().any(|c| tree.nodes[c.leaf as usize].size > SMALL),
+        }
+    })?;
     let mut measured = Measured::default();
     let mut stopped = Vec::new();
-    for (triangle, distance) in contour.triangles.iter().zip(found.into_iter().flatten()) {
+    for (triangle, distance) in contour.triangles.iter().zip(found) {
         measured.largest = measured.largest.max(distance);
         let is_over = distance > error;
         if !is_over && !is_flipped(triangle, &contour.positions, &contour.crossings) {
@@ -122,6 +106,47 @@ pub fn measure(
     stopped.dedup();
     measured.stopped = stopped.len() as u64;
     Ok(measured)
+}
+
+/// The largest distance to the surface that is found on each of `triangles`, whose whereabouts `placed` tells.
+pub fn farthest<T: Sync>(
+    tree: &Tree,
+    surface: &Surface<'_>,
+    error: f32,
+    triangles: &[T],
+    placed: impl Fn(&T) -> Placed + Sync,
+) -> Result<Vec<f32>, NoForm> {
+    let found: Vec<Vec<f32>> = triangles
+        .par_chunks(TASK / 4)
+        .map(|triangles| {
+            let triangles: Vec<Placed> = triangles.iter().map(&placed).collect();
+            let mut worst = vec![0.0f32; triangles.len()];
+            let mut look = |chosen: &[usize], samples: &[[f32; 3]]| {
+                let mut points = Vec::with_capacity(chosen.len() * samples.len());
+                let mut hints = Vec::with_capacity(points.capacity());
+                for t in chosen.iter().map(|&i| &triangles[i]) {
+                    let [a, b, c] = t.corners;
+                    points.extend(samples.iter().map(|[u, v, w]| a * u + b * v + c * w));
+                    hints.resize(points.len(), t.field);
+                }
+                let mut distances = distances(tree, surface, &points, &hints, error)?;
+                // Where the gradients led astray: no farther than the point that is known.
+                for (k, (distance, point)) in distances.iter_mut().zip(&points).enumerate() {
+                    let known = point.distance(triangles[chosen[k / samples.len()]].known);
+                    *distance = if *distance > ASTRAY * known { known } else { *distance };
+                }
+                for (&i, of) in chosen.iter().zip(distances.chunks(samples.len())) {
+                    worst[i] = of.iter().copied().fold(worst[i], f32::max);
+                }
+                Ok::<_, NoForm>(worst.clone())
+            };
+            let first = look(&(0..triangles.len()).collect::<Vec<_>>(), &SAMPLES[..FEW])?;
+            let closer: Vec<usize> =
+                (0..triangles.len()).filter(|&i| first[i] > 0.4 * error || triangles[i].is_large).collect();
+            if closer.is_empty() { Ok(first) } else { look(&closer, &SAMPLES[FEW..]) }
+        })
+        .collect::<Result<_, NoForm>>()?;
+    Ok(found.concat())
 }
 
 /// Distances of points to the surface. Those that one step shows to be well within `error` are not followed further.

@@ -10,10 +10,13 @@
 //! sheet and leaf, one polygon a crossed edge ([`dual`](self)). It stands for the dual marching cubes of Schaefer &
 //! Warren 2004: their dual cells need leaves along creases on either side of the surface, these only where it is.
 //!
+//! [`polygonize`] is Bloomenthal's older method on the same tree: a polygon or more a leaf, vertices on the leaves' edges.
+//!
 //! The mesh is manifold, without cracks, and closed where the surface does not leave the grid, for every tree. That it is near the
 //! surface is measured: points of each triangle are projected on the surface, and leaves with triangles beyond ε
 //! are split. It can still miss what no sample of the field shows and lies inside a leaf that has other surface.
 
+mod bloomenthal;
 mod criterion;
 mod dual;
 mod fields;
@@ -26,6 +29,7 @@ mod vertices;
 use crate::field::{NoForm, Surface};
 use crate::grid::Grid;
 use crate::mesh::{Mesh, Vertex};
+pub use bloomenthal::polygonize;
 use criterion::Criterion;
 use dual::Dual;
 use glam::Vec3;
@@ -51,7 +55,7 @@ pub enum Placement {
 pub struct Settings {
     /// ε: the largest distance of the mesh to the surface that is allowed, in world units; finite and over 0.
     pub error: f32,
-    /// Where vertices are placed.
+    /// Where vertices are placed. Of [`extract`] alone: [`polygonize`] has them on edges.
     pub placement: Placement,
     /// The most nodes of the tree, over 0. Only nodes that reach over the grid's border are split beyond it. The tree is
     /// grown size by size, so that what is left unsplit is small.
@@ -71,6 +75,20 @@ impl Settings {
             budget: 1 << 24,
             coarsest: 0,
         }
+    }
+
+    fn check(&self) -> Result<(), OctreeError> {
+        if !(self.error.is_finite() && self.error > 0.0) {
+            return Err(OctreeError::Error(self.error));
+        }
+        if self.budget == 0 {
+            return Err(OctreeError::Budget);
+        }
+        Ok(())
+    }
+
+    fn coarsest(&self, tree: &Tree) -> u32 {
+        if self.coarsest == 0 { criterion::coarsest(tree) } else { self.coarsest }
     }
 }
 
@@ -132,15 +150,9 @@ pub fn extract(
     settings: &Settings,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(Mesh, OctreeReport), OctreeError> {
-    if !(settings.error.is_finite() && settings.error > 0.0) {
-        return Err(OctreeError::Error(settings.error));
-    }
-    if settings.budget == 0 {
-        return Err(OctreeError::Budget);
-    }
+    settings.check()?;
     let mut tree = Tree::new(surface, grid)?;
-    let coarsest = if settings.coarsest == 0 { criterion::coarsest(&tree) } else { settings.coarsest };
-    let criterion = Criterion { surface, grid, error: settings.error, coarsest };
+    let criterion = Criterion { surface, grid, error: settings.error, coarsest: settings.coarsest(&tree) };
     let verdict = |fields: &fields::Fields, nodes: &[tree::Sampled<'_>]| criterion.verdicts(fields, nodes);
     let mut report = OctreeReport::default();
     let mut grown = tree.grow(surface, grid, settings.budget, vec![0], &verdict)?;
@@ -255,6 +267,7 @@ impl Contour {
     }
 }
 
+/// A unit vector, or up where there is no direction.
 fn unit_or_up(sum: Vec3) -> Vec3 {
     let normal = vertices::unit(sum);
     if normal == Vec3::ZERO { Vec3::Z } else { normal }

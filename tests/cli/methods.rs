@@ -101,6 +101,7 @@ fn flags_that_say_nothing_together() {
         (&["--method", "dmc", "--backend", "gpu"], "leave out --backend gpu"),
         (&["--method", "dmc", "--error", "-1"], "--error: the error bound is -1"),
         (&["--method", "dmc", "--most-cells", "0"], "--most-cells"),
+        (&["--method", "octree", "--error", "0"], "--error: the error bound is 0"),
         (&["--refine", "flatness=1.5"], "flatness is 1.5: give the cosine"),
         (&["--refine", "flatness=-1"], "above -1"),
         (&["--refine", "epsilon=0"], "epsilon is 0"),
@@ -137,7 +138,9 @@ fn accuracy_prints_a_table_and_json() {
     let out =
         done(here.path(), &["accuracy", "sphere", "torus", "-n", "16", "--refine", "flatness=0.9,depth=2"])
             .out;
-    for word in ["sphere, 16x16x16 cells", "torus, ", "uniform", "refined", "sharp", "dmc", "welded"] {
+    for word in
+        ["sphere, 16x16x16 cells", "torus, ", "uniform", "refined", "sharp", "dmc", "octree", "welded"]
+    {
         assert!(out.contains(word), "{word}: {out}");
     }
     let out = done(here.path(), &["accuracy", "sphere", "-n", "16", "--json", "-"]).out;
