@@ -31,8 +31,8 @@ const REACHED_BYTES: usize = 16;
 /// The first report's `active_bricks` are those reached, and `non_finite` counts the samples of these alone.
 ///
 /// # Errors
-/// [`TrackError`]; among [`TrackError::Extract`]: [`ExtractError::Iso`], [`ExtractError::Delta`],
-/// [`ExtractError::Budget`], [`ExtractError::TooLarge`], [`ExtractError::TooManyBricks`], [`ExtractError::NoForm`].
+/// [`TrackError`]; among [`TrackError::Extract`]: [`Iso`](crate::extract::ExtractError::Iso), [`Delta`](crate::extract::ExtractError::Delta),
+/// [`Budget`](crate::extract::ExtractError::Budget), [`TooLarge`](crate::extract::ExtractError::TooLarge), [`TooManyBricks`](crate::extract::ExtractError::TooManyBricks), [`NoForm`](crate::extract::ExtractError::NoForm).
 pub fn track(
     source: &Source<'_>,
     options: &Options,
