@@ -246,7 +246,8 @@ fn around_face(tree: &Tree, polygons: &[Polygon], group: &[(Corner, Corner, u32)
             middle[polygon.axis as usize] += polygon.length;
             let at = middle.as_dvec3() - centre;
             let (u, v) = (at[(normal + 1) % 3], at[(normal + 2) % 3]);
-            // Whether the way around the face, from u to v, goes up the edge, and whether it enters a run of inside points.
+            // Whether the way around the face, from u to v, goes up the edge, and whether it enters a run of inside
+            // points.
             let is_up = if polygon.axis as usize == (normal + 1) % 3 { v < 0.0 } else { u > 0.0 };
             let enters = (polygon.values[1] < 0.0) == is_up;
             (v.atan2(u), enters, side)

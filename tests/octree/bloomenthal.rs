@@ -25,8 +25,8 @@ fn random_balls(random: &mut Random) -> Expr {
     whole.difference(ball(0.4))
 }
 
-/// Leaves of many sizes beside each other, without any balance. Goes red (boundary edges) when a large leaf's loops leave
-/// out the crossings that only its smaller neighbours have.
+/// Leaves of many sizes beside each other, without any balance. Goes red (boundary edges) when a large leaf's loops
+/// leave out the crossings that only its smaller neighbours have.
 #[test]
 fn random_solids_are_closed_and_manifold() {
     let mut random = Random(23);
@@ -60,8 +60,9 @@ fn noise_is_manifold() {
     }
 }
 
-/// Pairs of holes around grid points that face each other diagonally: the marching cubes table joins them, there are 64
-/// tunnels. Goes red when `around_face` parts runs of outside points (128 balls), or by the order of the leaves' numbers.
+/// Pairs of holes around grid points that face each other diagonally: the marching cubes table joins them, there are
+/// 64 tunnels. Goes red when `around_face` parts runs of outside points (128 balls), or by the order of the leaves'
+/// numbers.
 #[test]
 fn ambiguous_faces_are_as_in_the_table() {
     let mut random = Random(3);
@@ -125,8 +126,8 @@ fn the_error_bound_holds_and_errors_fall_with_it() {
     }
 }
 
-/// Where the surface has flat and bent parts; an evenly bent one needs the same cells
-/// everywhere. Measured: 0.42, 0.38 and 0.95 of the triangles. Goes red when every node that the surface crosses is split.
+/// Where the surface has flat and bent parts; an evenly bent one needs the same cells everywhere. Measured: 0.42,
+/// 0.38 and 0.95 of the triangles. Goes red when every node that the surface crosses is split.
 #[test]
 fn fewer_triangles_than_the_uniform_mesh_at_equal_error() {
     let blend = sphere(0.4).smooth_union(box_([-0.7, -0.2, -0.2], [0.1, 0.3, 0.25]).round(0.1), 0.2);
