@@ -238,7 +238,7 @@ fn around_face(tree: &Tree, polygons: &[Polygon], group: &[(Corner, Corner, u32)
         normal = (0..3).find(|&k| [1, 3, 9].map(|w| place / w % 3)[k] != 1).unwrap_or(0);
     }
     let centre = (low + high).as_dvec3();
-    let mut sides: Vec<(f64, u32)> = group
+    let mut sides: Vec<(f64, bool, u32)> = group
         .iter()
         .map(|&(_, _, side)| {
             let polygon = &polygons[side as usize / 4];
@@ -246,16 +246,18 @@ fn around_face(tree: &Tree, polygons: &[Polygon], group: &[(Corner, Corner, u32)
             middle[polygon.axis as usize] += polygon.length;
             let at = middle.as_dvec3() - centre;
             let (u, v) = (at[(normal + 1) % 3], at[(normal + 2) % 3]);
-            (v.atan2(u), side)
+            // Whether the way around the face, from u to v, goes up the edge, and whether it enters a run of inside
+            // points.
+            let is_up = if polygon.axis as usize == (normal + 1) % 3 { v < 0.0 } else { u > 0.0 };
+            let enters = (polygon.values[1] < 0.0) == is_up;
+            (v.atan2(u), enters, side)
         })
         .collect();
-    sides.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    // Whether the polygon goes from the lower cell to the other tells on which side of its edge the inside is.
-    let outwards = |side: u32| polygons[side as usize / 4].corners[side as usize % 4] == a;
-    if !outwards(sides[0].1) {
+    sides.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+    if !sides[0].1 {
         sides.rotate_left(1);
     }
-    sides.chunks_exact(2).map(|pair| [pair[0].1, pair[1].1]).collect()
+    sides.chunks_exact(2).map(|pair| [pair[0].2, pair[1].2]).collect()
 }
 
 /// The polygons of all crossed minimal edges.

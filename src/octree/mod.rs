@@ -10,7 +10,8 @@
 //! sheet and leaf, one polygon a crossed edge ([`dual`](self)). It stands for the dual marching cubes of Schaefer &
 //! Warren 2004: their dual cells need leaves along creases on either side of the surface, these only where it is.
 //!
-//! [`polygonize`] is Bloomenthal's older method on the same tree: a polygon or more a leaf, vertices on the leaves' edges.
+//! [`polygonize`] is Bloomenthal's older method on the same tree: a polygon or more a leaf, vertices on the leaves'
+//! edges.
 //!
 //! The mesh is manifold, without cracks, and closed where the surface does not leave the grid, for every tree. That it is near the
 //! surface is measured: points of each triangle are projected on the surface, and leaves with triangles beyond ε

@@ -3,15 +3,15 @@
 //! A leaf is split while it is larger than a grid cell and its polygon does not do: by its corners alone
 //! ([`split`]), and once the mesh is made, by the distance of its triangles to the surface.
 //!
-//! The mesh's vertices are the crossings of the minimal edges, which are no longer than the smallest leaf around them. On the face
-//! that two leaves share, which is a whole face of the smaller one, crossings are joined in pairs, such that runs of
-//! inside points are parted (on a face of one size: the rule of the marching cubes table). A leaf's polygons are the
-//! loops of the segments on all its faces. Both leaves at a face have the same segments, so that the mesh has no
-//! cracks whatever the sizes are, and needs no balanced tree. A leaf has loops where its smaller neighbours have
-//! crossings, even if its own corners do not differ.
+//! The mesh's vertices are the crossings of the minimal edges, which are no longer than the smallest leaf around
+//! them. On the face that two leaves share, which is a whole face of the smaller one, crossings are joined in pairs,
+//! such that runs of inside points are parted (on a face of one size: the rule of the marching cubes table). A leaf's
+//! polygons are the loops of the segments on all its faces. Both leaves at a face have the same segments, so that the
+//! mesh has no cracks whatever the sizes are, and needs no balanced tree. A leaf has loops where its smaller
+//! neighbours have crossings, even if its own corners do not differ.
 //!
-//! Crossings, segments and loops are the polygons, joined sides and vertices of [`super::dual`]: the two meshes are each
-//! other's dual. Only a loop of two crossings makes no polygon: it is one edge, of the leaves on either side.
+//! Crossings, segments and loops are the polygons, joined sides and vertices of [`super::dual`]: the two meshes are
+//! each other's dual. Only a loop of two crossings makes no polygon: it is one edge, of the leaves on either side.
 
 mod polygons;
 mod split;
@@ -28,10 +28,10 @@ use crate::grid::Grid;
 use crate::mesh::Mesh;
 use polygons::Polygons;
 
-/// The mesh of `surface` within `grid` by Bloomenthal's octree: a polygon or more for each leaf that the surface crosses, its
-/// vertices on the leaves' edges, its triangles within `settings.error` of the surface wherever cells of the grid's
-/// size allow. `settings.placement` does not matter. Creases are cut off as marching cubes of the grid does.
-/// `progress` is told the part that is done, roughly.
+/// The mesh of `surface` within `grid` by Bloomenthal's octree: a polygon or more for each leaf that the surface
+/// crosses, its vertices on the leaves' edges, its triangles within `settings.error` of the surface wherever cells of
+/// the grid's size allow. `settings.placement` does not matter. Creases are cut off as marching cubes of the grid
+/// does. `progress` is told the part that is done, roughly.
 ///
 /// # Errors
 /// [`OctreeError`].
@@ -75,7 +75,8 @@ pub fn polygonize(
     }
 }
 
-/// How near the triangles are, and the leaves to split, in order: those with triangles that are too far away or flipped.
+/// How near the triangles are, and the leaves to split, in order: those with triangles that are too far away or
+/// flipped.
 fn measure(
     tree: &Tree,
     surface: &Surface<'_>,

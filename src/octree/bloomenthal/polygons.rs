@@ -1,8 +1,8 @@
 //! The polygons of an octree's leaves, cut into triangles.
 //!
-//! A polygon that is small and near the surface is cut by diagonals from one of its corners, others by a fan around a new vertex
-//! on the surface. A diagonal never joins crossings that another leaf has, too: it could be cut there once more, and the
-//! edge would have four triangles.
+//! A polygon that is small and near the surface is cut by diagonals from one of its corners, others by a fan around a
+//! new vertex on the surface. A diagonal never joins crossings that another leaf has, too: it could be cut there once
+//! more, and the edge would have four triangles.
 
 use super::super::TASK;
 use super::super::dual::{Dual, INNER};
@@ -167,8 +167,8 @@ impl Cutter<'_> {
         })
     }
 
-    /// The corner from which diagonals cut a small polygon such that no triangle is flipped, the lowest above the plane
-    /// across `normal`.
+    /// The corner from which diagonals cut a small polygon such that no triangle is flipped, the lowest above the
+    /// plane across `normal`.
     fn fan(&self, polygon: &Polygon, normal: Vec3) -> Option<usize> {
         let corners = &polygon.corners;
         let n = corners.len();

@@ -1,8 +1,8 @@
 //! Whether a node needs splitting, by the polygon that its corners make: Bloomenthal 1988, § 3.
 //!
-//! It does if the corners make more than one polygon, if the polygon's vertices are not in a plane, or if the
-//! surface turns too far between them and the middle. The plane is the tangent plane at the middle; that in addition the middle
-//! is near the surface bounds the polygon's distance to it.
+//! It does if the corners make more than one polygon, if the polygon's vertices are not in a plane, or if the surface
+//! turns too far between them and the middle. The plane is the tangent plane at the middle; that in addition the
+//! middle is near the surface bounds the polygon's distance to it.
 
 use super::super::criterion::Criterion;
 use super::super::fields::Fields;
@@ -128,8 +128,7 @@ mod tests {
     use super::*;
     use crate::table::MARCHING_CUBES;
 
-    /// A case with one polygon has one triangle fewer than it has crossed edges, with k polygons and no ambiguous face
-    /// 2 k − 1 fewer. Goes red when a shift of `hangs_together` is wrong.
+    /// A case of k polygons has 2 k triangles fewer than crossed edges.
     #[test]
     fn one_polygon_as_in_the_table() {
         let mut one = 0;
