@@ -138,7 +138,7 @@ impl Job<'_> {
         (self.remark)(&format!("{} cells with an edge, {} with a corner", told.edges, told.corners));
         if told.flipped > 0 {
             (self.remark)(&format!(
-                "{} triangles look against the surface's normal: a finer grid helps",
+                "{} polygons have a triangle that looks against the surface's normal: a finer grid helps",
                 told.flipped
             ));
         }

@@ -63,7 +63,7 @@ pub struct SharpReport {
     pub fallbacks: u64,
     /// Vertices where the field has no gradient, or one that is not finite.
     pub singular: u64,
-    /// Triangles that look against the surface's normal all the same.
+    /// Polygons, each around a crossed edge, of which a triangle looks against the surface's normal all the same.
     pub flipped: u64,
     /// Samples that were NaN or infinite; they count as outside.
     pub non_finite: u64,
