@@ -1,11 +1,21 @@
-// bounds: the range of each brick of a field, from the field's interval over the brick's box; part of cull.
+// bounds: the bits of the brick map of a field, from its intervals over boxes of bricks, large to small (Duff 1992);
+// part of cull.
 //
-// One workgroup looks at a block of 4³ bricks: first at the whole block, and only where that can hold
-// surface at each brick. CPU twin: src/stage/cull/bounds.rs.
+// A box that may hold surface is cut into 4³, one workgroup a box, one invocation a part: boxes of 64 bricks an axis into
+// large ones of 16, these into small ones of 4, these into bricks. What may hold surface of large and small
+// boxes waits in a list for the next dispatch, whose size `dispatch_boxes` writes: a list's order is a matter of
+// chance, but its end are bits, which is not. CPU twin: src/stage/cull/bounds.rs.
 
-@group(0) @binding(3) var<storage, read_write> ranges: array<vec2<u32>>;
+@group(0) @binding(4) var<storage, read_write> map: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> boxes: array<u32>;
+@group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;
 
-const BLOCK = 4u;
+// Bricks along the edge of a part: 16, 4 or 1.
+override side: u32 = 1u;
+
+const LARGE = 16u;
+const SMALL = 4u;
+const MAX_GROUPS = 65535u;
 
 // A coordinate in the world over a box of grid points.
 fn iv_world(origin: f32, step: vec3<f32>, x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32> {
@@ -32,26 +42,74 @@ fn keys_over(first: vec3<u32>, end: vec3<u32>) -> vec2<u32> {
     return select(vec2<u32>(0u, 0xffffffffu), keys, iv_bounded(bounds));
 }
 
+// Boxes of that side along each axis of the slab.
+fn across(box_side: u32) -> vec3<u32> {
+    return (params.slab_extent + vec3<u32>(box_side - 1u)) / box_side;
+}
+
+// Where the list of small boxes begins: behind that of the large ones, which may be all.
+fn small_start() -> u32 {
+    let large = across(LARGE);
+    return large.x * large.y * large.z;
+}
+
+fn place_of(number: u32, n: vec3<u32>) -> vec3<u32> {
+    return vec3<u32>(number % n.x, (number / n.x) % n.y, number / (n.x * n.y));
+}
+
+fn number_of(place: vec3<u32>, n: vec3<u32>) -> u32 {
+    return place.x + n.x * (place.y + n.y * place.z);
+}
+
 @compute @workgroup_size(4, 4, 4)
-fn bounds(
+fn narrow(
     @builtin(local_invocation_id) local: vec3<u32>,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    let blocks = (params.slab_extent + vec3<u32>(BLOCK - 1u)) / BLOCK;
-    let block = group.y * groups.x + group.x;
-    let place = BLOCK * vec3<u32>(block % blocks.x, (block / blocks.x) % blocks.y, block / (blocks.x * blocks.y));
-    let brick = place + local;
-    if any(brick >= params.slab_extent) {
+    let parents = across(4u * side);
+    var parent = group.y * groups.x + group.x;
+    // A dispatch in two dimensions has workgroups too many.
+    var count = parents.x * parents.y * parents.z;
+    if side == SMALL {
+        count = atomicLoad(&work.large_boxes);
+    } else if side < SMALL {
+        count = atomicLoad(&work.small_boxes);
+    }
+    if parent >= count {
         return;
     }
-    // All of the group look at the block, side by side: that takes no longer than one, and no barrier.
-    // (Two calls: a loop around one keeps SwiftShader's compiler busy for ever.)
-    let end = min(place + vec3<u32>(BLOCK), params.slab_extent);
-    var keys = keys_over(params.slab_first + place, params.slab_first + end);
-    if straddles(keys.x, keys.y) {
-        let first = params.slab_first + brick;
-        keys = keys_over(first, first + vec3<u32>(1u));
+    if side == SMALL {
+        parent = boxes[parent];
+    } else if side < SMALL {
+        parent = boxes[small_start() + parent];
     }
-    ranges[brick.x + params.slab_extent.x * (brick.y + params.slab_extent.y * brick.z)] = keys;
+    let part = 4u * place_of(parent, parents) + local;
+    let first = side * part;
+    if any(first >= params.slab_extent) {
+        return;
+    }
+    let end = min(first + vec3<u32>(side), params.slab_extent);
+    let keys = keys_over(params.slab_first + first, params.slab_first + end);
+    if !straddles(keys.x, keys.y) {
+        return;
+    }
+    let number = number_of(part, across(side));
+    if side == LARGE {
+        boxes[atomicAdd(&work.large_boxes, 1u)] = number;
+    } else if side == SMALL {
+        boxes[small_start() + atomicAdd(&work.small_boxes, 1u)] = number;
+    } else {
+        atomicOr(&map[2u * (number / 32u)], 1u << (number % 32u));
+    }
+}
+
+// Arguments of the dispatch over the boxes that `narrow` has listed, behind those of the batches and of normals.
+@compute @workgroup_size(1)
+fn dispatch_boxes() {
+    let count = select(atomicLoad(&work.small_boxes), atomicLoad(&work.large_boxes), side == LARGE);
+    let place = 6u * work.batches + 6u;
+    dispatches[place] = min(count, MAX_GROUPS);
+    dispatches[place + 1u] = (count + MAX_GROUPS - 1u) / MAX_GROUPS;
+    dispatches[place + 2u] = 1u;
 }

@@ -16,8 +16,6 @@ struct Labelled {
     triangles: u32,
 }
 
-@group(0) @binding(4) var<storage, read_write> marks: array<vec2<u32>>;
-@group(0) @binding(5) var<storage, read> slots: array<u32>;
 @group(0) @binding(8) var<storage, read> records: array<BrickRecord>;
 @group(0) @binding(9) var<storage, read> offsets: array<vec2<u32>>;
 @group(0) @binding(13) var<storage, read> vertices: array<u32>;
@@ -29,8 +27,8 @@ struct Labelled {
 @group(0) @binding(21) var<storage, read> edges: array<vec4<u32>>;
 @group(0) @binding(22) var<storage, read_write> kept_vertices: array<u32>;
 @group(0) @binding(23) var<storage, read_write> kept_indices: array<u32>;
+@group(0) @binding(24) var<storage, read_write> marks: array<vec2<u32>>;
 
-const NO_SLOT = 0xffffffffu;
 // In the label of a component's lowest vertex: the component is kept. No mesh has so many vertices.
 const KEPT = 0x80000000u;
 
@@ -87,10 +85,11 @@ fn keep(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     let edge = edges[place];
     let b = edge.xyz / 8u;
     let p = edge.xyz % 8u;
-    let slot = slots[b.x + params.slab_extent.x * (b.y + params.slab_extent.y * b.z)];
-    if slot == NO_SLOT {
+    let brick = b.x + params.slab_extent.x * (b.y + params.slab_extent.y * b.z);
+    if !is_active(brick) {
         return;
     }
+    let slot = slot_of_brick(brick);
     let row = records[slot].rows[p.y + 8u * p.z];
     let bit = 1u << (8u * edge.w + p.x);
     if (row & bit) == 0u {

@@ -1,20 +1,16 @@
 // cull: keeps the bricks that can hold surface.
 //
 // `range` builds a volume's table of lowest and highest sample a brick, once a volume (for a field it
-// tells, of an empty mesh, what values there were); a field's table is made of intervals by bounds.wgsl.
-// `cull` marks the bricks whose range straddles iso, or all of them for a field without bounds; `compact` turns
-// the scanned marks into the list of active bricks, in brick order, and the dispatch arguments.
+// tells, of an empty mesh, what values there were). `cull` sets the bits of the bricks whose range straddles iso, and
+// `keep_all` all of them; of a field with intervals, bounds.wgsl does. Then scan.wgsl counts the bits and lists the
+// active bricks, in brick order, and `arrange` writes what follows from their number: the dispatch arguments.
 // CPU twin: src/stage/cull/cpu.rs.
 
 // Lowest and highest order key of a brick's samples. A brick with samples that are not finite beside
 // finite ones has the widest range; a brick of none but such has an empty one.
 @group(0) @binding(3) var<storage, read_write> ranges: array<vec2<u32>>;
-@group(0) @binding(4) var<storage, read_write> marks: array<vec2<u32>>;
-@group(0) @binding(5) var<storage, read_write> slots: array<u32>;
-@group(0) @binding(6) var<storage, read_write> active_list: array<u32>;
 @group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;
 
-const NO_SLOT = 0xffffffffu;
 const MAX_GROUPS = 65535u;
 
 // One brick an invocation: no barriers, which software adapters pay dearly for, and a GPU has enough
@@ -56,47 +52,49 @@ fn range(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
     ranges[index] = vec2<u32>(low, high);
 }
 
+// One word of the map an invocation.
 @compute @workgroup_size(64)
 fn cull(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = id.y * groups.x * 64u + id.x;
-    if index < params.slab_bricks {
-        let r = ranges[index];
-        marks[index] = vec2<u32>(u32(straddles(r.x, r.y)), 0u);
+    let word = id.y * groups.x * 64u + id.x;
+    if word >= map_words() {
+        return;
     }
+    let first = 32u * word;
+    let count = min(params.slab_bricks - first, 32u);
+    var bits = 0u;
+    for (var i = 0u; i < count; i++) {
+        let r = ranges[first + i];
+        bits |= u32(straddles(r.x, r.y)) << i;
+    }
+    map[word] = vec2<u32>(bits, 0u);
 }
 
 @compute @workgroup_size(64)
 fn keep_all(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = id.y * groups.x * 64u + id.x;
-    if index < params.slab_bricks {
-        marks[index] = vec2<u32>(1u, 0u);
+    let word = id.y * groups.x * 64u + id.x;
+    if word < map_words() {
+        let beyond = 32u - min(params.slab_bricks - 32u * word, 32u);
+        map[word] = vec2<u32>(0xffffffffu >> beyond, 0u);
     }
 }
 
-// `marks` now holds the exclusive prefix sums, with the total behind the last brick.
-@compute @workgroup_size(64)
-fn compact(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = id.y * groups.x * 64u + id.x;
-    if index < params.slab_bricks {
-        let slot = marks[index].x;
-        let kept = marks[index + 1u].x > slot;
-        slots[index] = select(NO_SLOT, slot, kept);
-        if kept {
-            active_list[slot] = index;
-        }
+// The bits are counted and the active bricks listed. Where there are more than slots, the slab counts as empty, and
+// what it needs is told.
+@compute @workgroup_size(1)
+fn arrange() {
+    let needed = slot_of_brick(params.slab_bricks);
+    let fits = needed <= work.slots;
+    work.needed_slots = needed;
+    work.active_bricks = select(0u, needed, fits);
+    work.own_active = select(0u, slot_of_brick(params.own_bricks), fits);
+    let rows = params.slab_extent.x * vec4<u32>(0u, 1u, params.slab_extent.y, params.slab_extent.y + 1u);
+    for (var run = 0u; run < 4u; run++) {
+        work.run_slots[run] = select(0u, slot_of_brick(min(rows[run], params.slab_bricks)), fits);
     }
-    if index == 0u {
-        work.active_bricks = marks[params.slab_bricks].x;
-        work.own_active = marks[params.own_bricks].x;
-        let rows = params.slab_extent.x * vec4<u32>(0u, 1u, params.slab_extent.y, params.slab_extent.y + 1u);
-        for (var run = 0u; run < 4u; run++) {
-            work.run_slots[run] = marks[min(rows[run], params.slab_bricks)].x;
-        }
-        for (var batch = 0u; batch < work.batches; batch++) {
-            let first = batch * work.batch_slots;
-            write_dispatch(2u * batch, first, work.active_bricks);
-            write_dispatch(2u * batch + 1u, first, work.own_active);
-        }
+    for (var batch = 0u; batch < work.batches; batch++) {
+        let first = batch * work.batch_slots;
+        write_dispatch(2u * batch, first, work.active_bricks);
+        write_dispatch(2u * batch + 1u, first, work.own_active);
     }
 }
 

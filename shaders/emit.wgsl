@@ -4,7 +4,6 @@
 // of their brick and cell. A cell finds the vertices of the bricks beside it through the brick map
 // and the prefix of the edge masks, so the mesh is welded across bricks. CPU twin: src/stage/emit/cpu.rs.
 
-@group(0) @binding(5) var<storage, read> slots: array<u32>;
 @group(0) @binding(6) var<storage, read> active_list: array<u32>;
 @group(0) @binding(8) var<storage, read> records: array<BrickRecord>;
 // First vertex and triangle of each slot, within the slab.
@@ -110,7 +109,7 @@ fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32) -> u32 {
     // 1 where the owner lies in the next brick along an axis.
     let next = owner >> vec3<u32>(3u);
     let p = owner & vec3<u32>(7u);
-    let slot = slots[brick + next.x + params.slab_extent.x * (next.y + params.slab_extent.y * next.z)];
+    let slot = slot_of_brick(brick + next.x + params.slab_extent.x * (next.y + params.slab_extent.y * next.z));
     let row = records[slot].rows[p.y + 8u * p.z];
     let earlier = row & ((1u << (8u * axis + p.x)) - 1u);
     let before = (records[slot].planes[p.z] & 0xffffu) + (row >> 24u) + countOneBits(earlier);
@@ -170,16 +169,17 @@ fn totals() {
     }
     let vertices_short = total.x > params.vertex_capacity;
     let triangles_short = total.y > params.triangle_capacity;
+    let bricks_short = work.needed_slots > work.slots;
     header = MeshHeader(
-        select(3u * total.y, 0u, vertices_short || triangles_short),
+        select(3u * total.y, 0u, vertices_short || triangles_short || bricks_short),
         1u,
         0u,
         0,
         0u,
         total.x,
         total.y,
-        work.own_active,
-        select(0u, 2u, vertices_short) | select(0u, 4u, triangles_short),
+        select(work.own_active, work.needed_slots, bricks_short),
+        select(0u, 1u, bricks_short) | select(0u, 2u, vertices_short) | select(0u, 4u, triangles_short),
         atomicLoad(&work.non_finite),
         atomicLoad(&work.runaway),
         0u,

@@ -1,24 +1,32 @@
-// track: follows the surface from brick to brick, and leaves the marks that cull would leave.
+// track: follows the surface from brick to brick, and leaves the bits in the brick map that cull would leave.
 //
 // Bricks wait in a queue, which nothing leaves: at the end it is the list of those reached. A round takes what was added
 // since the one before (`advance`), samples it, and adds the bricks beside (`spread`). In which order a round adds
-// is a matter of chance; what is reached is not, and from the marks on bricks are in order.
+// is a matter of chance; what is reached is not, and from the map on bricks are in order.
 // CPU twin: `spread` in src/track/cpu.rs.
 
-// Two words a brick, the first 1 once it is reached: as cull marks the bricks to keep.
-@group(0) @binding(4) var<storage, read_write> marks: array<atomic<u32>>;
-@group(0) @binding(5) var<storage, read_write> queue: array<u32>;
+// A brick's bit is set once it is reached.
+@group(0) @binding(4) var<storage, read_write> map: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read_write> active_list: array<u32>;
 @group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;
 
+// Lies where the counts of the active bricks will.
+@group(0) @binding(9) var<storage, read_write> queue: array<u32>;
+
 const MAX_GROUPS = 65535u;
+
+// Sets the bit of a brick; whether it was set before.
+fn reach(brick: u32) -> bool {
+    let bit = 1u << (brick % 32u);
+    return (atomicOr(&map[2u * (brick / 32u)], bit) & bit) != 0u;
+}
 
 // Marks the bricks that the queue holds at first.
 @compute @workgroup_size(64)
 fn begin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let place = id.y * groups.x * 64u + id.x;
     if place < atomicLoad(&work.queued) {
-        atomicStore(&marks[2u * queue[place]], 1u);
+        reach(queue[place]);
     }
 }
 
@@ -26,7 +34,8 @@ fn begin(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
 @compute @workgroup_size(64)
 fn advance(@builtin(local_invocation_index) lane: u32) {
     let first = work.taken;
-    let count = min(atomicLoad(&work.queued) - first, work.batch_slots);
+    // More than slots wait for ever: the host sees it, and starts again with more.
+    let count = min(min(atomicLoad(&work.queued), work.slots) - first, work.batch_slots);
     for (var i = lane; i < count; i += 64u) {
         active_list[i] = queue[first + i];
     }
@@ -83,7 +92,10 @@ fn spread(
     }
     let at = vec3<u32>(there);
     let beside = at.x + params.slab_extent.x * (at.y + params.slab_extent.y * at.z);
-    if atomicExchange(&marks[2u * beside], 1u) == 0u {
-        queue[atomicAdd(&work.queued, 1u)] = beside;
+    if !reach(beside) {
+        let place = atomicAdd(&work.queued, 1u);
+        if place < work.slots {
+            queue[place] = beside;
+        }
     }
 }

@@ -8,12 +8,13 @@ use crate::grid::SAMPLES_PER_BRICK;
 use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
-use crate::stage::cull::bounds::bounds;
-use crate::stage::cull::cpu::{compact, cull, keep_all, range};
+use crate::stage::cull::bounds::cull_field;
+use crate::stage::cull::cpu::range;
+use crate::stage::cull::map::BrickMap;
 use crate::stage::emit::cpu::{
     Beside, EdgeNumbers, Gradients, Nearby, emit_field_vertices, emit_indices, emit_volume_vertices,
 };
-use crate::stage::inside::{Inside, from_order_key, order_key};
+use crate::stage::inside::{Inside, order_key};
 use crate::stage::normals::cpu::{add_neighbours, average};
 use crate::stage::params::Params;
 use crate::stage::sample::cpu::sample;
@@ -177,7 +178,7 @@ pub fn compare(
     let inside = Inside::new(options.iso, sense);
 
     let mut found = Comparison { rows: Vec::new(), notes: Vec::new() };
-    compare_cull(&mut found, source, &params, &gpu);
+    compare_cull(&mut found, source, options, &params, &gpu, extractor.gpu().is_software());
     let sampled = compare_sample(&mut found, source, &params, &gpu)?;
     let counts = compare_classify(&mut found, source, &params, inside, &gpu);
     found.rows.push(Row::exact("scan", "offsets", &gpu.offsets, &counts));
@@ -193,7 +194,7 @@ pub fn compare(
 /// The GPU's buffers after a run.
 struct Snapshot {
     ranges: Vec<[u32; 2]>,
-    slots: Vec<u32>,
+    map: Vec<[u32; 2]>,
     active: Vec<u32>,
     samples: Vec<f32>,
     records: Vec<BrickRecord>,
@@ -205,12 +206,15 @@ impl Snapshot {
         let gpu = extractor.gpu();
         let buffers = space.buffers();
         let bricks = u64::from(space.plan().bricks);
-        let marks: Vec<[u32; 2]> = gpu.read(buffers.marks, bricks + 1)?;
-        let active = u64::from(marks[bricks as usize][0]);
+        let words = BrickMap::word_count(bricks);
+        let map: Vec<[u32; 2]> = gpu.read(buffers.map, words)?;
+        let active = u64::from(map[words as usize - 1][1]).min(space.plan().slots.into());
+        // Only volumes have them.
+        let ranges = if buffers.has_samples { Vec::new() } else { gpu.read(buffers.ranges, bricks)? };
         let samples = if buffers.has_samples { gpu.read(buffers.source, active * 729)? } else { Vec::new() };
         Ok(Self {
-            ranges: gpu.read(buffers.ranges, bricks)?,
-            slots: gpu.read(buffers.slots, bricks)?,
+            ranges,
+            map,
             active: gpu.read(buffers.active, active)?,
             samples,
             records: gpu.read(buffers.records, active)?,
@@ -233,33 +237,44 @@ impl Snapshot {
     }
 }
 
-fn compare_cull(found: &mut Comparison, source: &Source<'_>, params: &Params, gpu: &Snapshot) {
-    let bricks = params.slab_bricks as usize;
-    let mut marks = vec![[0; 2]; bricks + 1];
-    match source {
+fn compare_cull(
+    found: &mut Comparison,
+    source: &Source<'_>,
+    options: &Options,
+    params: &Params,
+    gpu: &Snapshot,
+    is_exact: bool,
+) {
+    let twin = match source {
         Source::Volume(volume) => {
             let (ranges, _) = range(params, volume.values());
             found.rows.push(Row::exact("cull", "range of each brick", &gpu.ranges, &ranges));
-            cull(params, &gpu.ranges, &mut marks[..bricks]);
+            BrickMap::of_ranges(params, &gpu.ranges)
         }
-        Source::Field(field, _) if has_bounds(*field) => {
-            // Any bounds will do that hold; those of a GPU that contracts are a little different.
-            let ends = |ranges: &[[u32; 2]]| -> Vec<f32> {
-                ranges.as_flattened().iter().map(|&key| from_order_key(key)).collect()
-            };
-            let (own, twin) = (ends(&gpu.ranges), ends(&bounds(params, *field)));
-            let largest = twin.iter().filter(|v| v.is_finite()).fold(0.0f32, |m, v| m.max(v.abs()));
-            let pairs = own.into_iter().zip(twin);
-            found.rows.push(Row::close("cull", "range of each brick", pairs, f64::from(largest) * 1e-5));
-            cull(params, &gpu.ranges, &mut marks[..bricks]);
+        Source::Field(field, _) if options.cull && has_bounds(*field) => {
+            let active = cull_field(params, *field).active;
+            BrickMap::new(params.slab_bricks, |brick| active.binary_search(&brick).is_ok())
         }
-        Source::Field(..) => keep_all(&mut marks[..bricks]),
-    }
-    scan(&mut marks);
-    let mut slots = vec![0; bricks];
-    let active = compact(params, &marks, &mut slots);
-    found.rows.push(Row::exact("cull", "brick map", &gpu.slots, &slots));
-    found.rows.push(Row::exact("cull", "active list", &gpu.active, &active));
+        Source::Field(..) => BrickMap::new(params.slab_bricks, |_| true),
+    };
+    let bits = |words: &[[u32; 2]]| words.iter().map(|word| word[0]).collect::<Vec<u32>>();
+    let (own, twin) = (bits(&gpu.map), bits(&twin.words));
+    let apart = own.iter().zip(&twin).map(|(a, b)| (a ^ b).count_ones() as usize).sum();
+    // Any bounds will do that hold; those of a GPU that contracts are a little different, and so are bricks at
+    // their edge.
+    let allowed = if is_exact { 0.0 } else { 1e-2 * f64::from(params.slab_bricks) };
+    found.rows.push(Row {
+        stage: "cull",
+        what: "bits of the brick map",
+        compared: params.slab_bricks as usize,
+        differing: apart,
+        most_ulps: 0,
+        difference: (apart as f64, allowed),
+    });
+    // From the GPU's bits on there is nothing to round.
+    let twin = BrickMap::of_bits(own[..own.len() - 1].iter().copied());
+    found.rows.push(Row::exact("cull", "brick map", &gpu.map, &twin.words));
+    found.rows.push(Row::exact("cull", "active list", &gpu.active, &twin.list()));
 }
 
 fn has_bounds(field: &dyn Field) -> bool {

@@ -8,6 +8,7 @@ use isoforge::gpu::MESH_HEADER_BYTES;
 use isoforge::gpu::kernel::{binding, parse};
 use isoforge::stage::classify::BrickRecord;
 use isoforge::stage::params::{Params, Work};
+use isoforge::stage::scan::Scanned;
 use isoforge::stage::shaders::{self, Samples};
 use naga::proc::Layouter;
 use naga::valid::ModuleInfo;
@@ -69,7 +70,8 @@ fn fields() -> Vec<(String, Wgsl)> {
 /// Name, source, module and analysis of every shader.
 fn all() -> Vec<(String, Module, ModuleInfo)> {
     let mut sources = vec![
-        ("scan".to_string(), shaders::scan()),
+        ("scan of the map".to_string(), shaders::scan(Scanned::Map)),
+        ("scan of counts".into(), shaders::scan(Scanned::Counts)),
         ("normals".into(), shaders::normals()),
         ("components".into(), shaders::components()),
         ("track, volume".into(), shaders::track(true)),
@@ -105,7 +107,9 @@ fn every_shader_is_valid() {
         "range",
         "cull",
         "keep_all",
-        "compact",
+        "arrange",
+        "narrow",
+        "dispatch_boxes",
         "sample",
         "classify",
         "reduce",
@@ -153,7 +157,7 @@ fn structures_lie_as_in_rust() {
         source_first triangle_window source_extent triangle_capacity first_vertices vertex_window
         vertex_capacity neighbour_window neighbour_capacity);
     let work = members!(Work: active_bricks own_active vertices triangles non_finite runaway batch_slots batches
-            run_slots run_vertices singular queued taken rounds);
+            run_slots run_vertices singular queued taken rounds slots needed_slots large_boxes small_boxes);
     let record = members!(BrickRecord: rows planes triangles);
     for (expected, name, least) in [(params, "Params", 20), (work, "Work", 20), (record, "BrickRecord", 10)] {
         let all = all();
@@ -174,14 +178,14 @@ fn number_of(name: &str) -> Option<(usize, bool)> {
         "work" => (b::WORK, false),
         "source" => (b::SOURCE, false),
         "ranges" => (b::RANGES, false),
+        "map" => (b::MAP, false),
+        "boxes" => (b::BOXES, false),
         "marks" => (b::MARKS, false),
-        // The tracker's queue lies where the map of what it reached will.
-        "slots" | "queue" => (b::SLOTS, false),
         "active_list" => (b::ACTIVE, false),
         "dispatches" => (b::DISPATCHES, false),
         "records" => (b::RECORDS, false),
-        // Counts of classify become offsets by their scan.
-        "counts" | "offsets" => (b::COUNTS, false),
+        // Counts of classify become offsets by their scan; before, the tracker's queue lies there.
+        "counts" | "offsets" | "queue" => (b::COUNTS, false),
         "table" => (b::TABLE, true),
         "partials" => (b::PARTIALS, false),
         "samples" => (b::SAMPLES, false),

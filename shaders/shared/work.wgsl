@@ -1,6 +1,6 @@
 // What the GPU counts of a slab while it works; `Work` in src/stage/params.rs.
 struct Work {
-    // Active bricks with the halo, and the slab's own.
+    // Active bricks with the halo, and the slab's own; 0 where there are more than slots.
     active_bricks: u32,
     own_active: u32,
     // Vertices and triangles of the slab's own bricks.
@@ -23,6 +23,12 @@ struct Work {
     queued: atomic<u32>,
     taken: u32,
     rounds: u32,
+    // Active bricks that there is room for, and that there are.
+    slots: u32,
+    needed_slots: u32,
+    // Boxes of bricks that may hold surface, by the length of their lists: large ones and small ones.
+    large_boxes: atomic<u32>,
+    small_boxes: atomic<u32>,
 }
 
 @group(0) @binding(1) var<storage, read_write> work: Work;

@@ -7,7 +7,8 @@ use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
 use crate::stage::cull::bounds::{BlockFields, Culled, cull_field};
-use crate::stage::cull::cpu::{NO_SLOT, compact, cull, range};
+use crate::stage::cull::cpu::range;
+use crate::stage::cull::map::BrickMap;
 use crate::stage::emit::cpu::{
     Beside, EdgeNumbers, Gradients, Nearby, emit_field_vertices, emit_indices, emit_volume_vertices,
 };
@@ -52,11 +53,7 @@ pub fn extract_on_cpu(
         Source::Volume(volume) => {
             let (ranges, odd) = volume.ranges(|values| range(&params, values));
             non_finite = *odd;
-            let mut marks = vec![[0; 2]; bricks + 1];
-            cull(&params, ranges, &mut marks[..bricks]);
-            scan(&mut marks);
-            let active = compact(&params, &marks, &mut vec![NO_SLOT; bricks]);
-            Culled { active, ..Culled::default() }
+            Culled { active: BrickMap::of_ranges(&params, ranges).list(), ..Culled::default() }
         }
         Source::Field(field, _) if options.cull => cull_field(&params, *field),
         Source::Field(..) => Culled { active: (0..bricks as u32).collect(), ..Culled::default() },

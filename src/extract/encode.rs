@@ -114,21 +114,19 @@ impl Extractor {
         encoder.copy_buffer_to_buffer(&space.odd, 0, &space.work, Workspace::NON_FINITE, 4);
         let uniform = self.uniform(&params);
         let bindings = space.bindings(self, &uniform);
-        // The scan over marks works on them in place of counts.
-        let mut over_marks = bindings.clone();
-        over_marks.set(b::COUNTS, &space.marks);
+        let bounds = space.kernels.bounds.as_ref().filter(|_| options.cull && !space.is_marked);
+        if bounds.is_some() {
+            encoder.clear_buffer(&space.map, 0, None);
+        }
         {
             let mut pass = timer.pass(encoder, "cull", at::CULL);
-            if !space.is_marked {
-                let bounds = space.kernels.bounds.as_ref().filter(|_| options.cull);
-                if let Some(bounds) = bounds {
-                    bounds.encode(gpu, &mut pass, &bindings, slab.extent);
-                }
-                let has_ranges = space.is_volume || bounds.is_some();
-                self.cull.encode_mark(gpu, &mut pass, &bindings, slab.bricks(), has_ranges);
+            if let Some(bounds) = bounds {
+                bounds.encode(gpu, &mut pass, &bindings, slab.extent, space.box_dispatches());
+            } else if !space.is_marked {
+                self.cull.encode(gpu, &mut pass, &bindings, slab.bricks(), space.is_volume);
             }
-            self.scan_marks.encode(gpu, &mut pass, &over_marks, slab.bricks());
-            self.cull.encode_compact(gpu, &mut pass, &bindings, slab.bricks());
+            self.scan_map.encode(gpu, &mut pass, &bindings, slab.bricks().div_ceil(32));
+            self.cull.encode_arrange(gpu, &mut pass, &bindings);
         }
         for batch in 0..space.plan.batches {
             params.first_slot = batch * space.plan.batch_slots;
@@ -140,7 +138,7 @@ impl Extractor {
             space.kernels.classify.encode(gpu, &mut pass, &bindings, &space.dispatches, offset);
         }
         let mut pass = timer.pass(encoder, "scan", at::SCAN);
-        self.scan_counts.encode(gpu, &mut pass, &bindings, slab.bricks());
+        self.scan_counts.encode(gpu, &mut pass, &bindings, space.plan.slots);
         let mut with_header = bindings.clone();
         if let Some(target) = target {
             with_header.set(b::HEADER, &target.mesh.header);

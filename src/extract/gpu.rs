@@ -2,18 +2,18 @@
 //! [`Options`] the cheap settings of a call.
 
 use super::encode::Target;
-use super::plan::{Limits, Plan, Slab};
+use super::plan::{Limits, Most, Plan, Slab};
 use super::workspace::{SourceKernels, Workspace};
 use super::{ExtractError, Options, Source, check};
 use crate::field::{PARAMETER_VECTORS, Wgsl};
+use crate::gpu::kernel::binding as b;
 use crate::gpu::{Gpu, GpuError, Timer};
 use crate::grid::Grid;
 use crate::stage::cull::Cull;
 use crate::stage::normals::Normals;
-use crate::stage::scan::Scan;
+use crate::stage::scan::{Scan, Scanned};
 use crate::stage::shaders::Samples;
 use crate::table::MARCHING_CUBES;
-use glam::UVec3;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use wgpu::BufferUsages as U;
@@ -30,8 +30,9 @@ type Texts = [Arc<str>; 3];
 pub struct Extractor {
     pub(crate) gpu: Gpu,
     pub(super) cull: Cull,
-    pub(crate) scan_marks: Scan,
+    pub(super) scan_map: Scan,
     pub(super) scan_counts: Scan,
+    pub(crate) scan_all: Scan,
     pub(super) normals: Normals,
     pub(super) table: wgpu::Buffer,
     pub(super) volume: Arc<SourceKernels>,
@@ -51,8 +52,9 @@ impl Extractor {
         gpu.write(&table, bytemuck::cast_slice(MARCHING_CUBES.words()))?;
         Ok(Self {
             cull: Cull::new(&gpu)?,
-            scan_marks: Scan::new(&gpu, true)?,
-            scan_counts: Scan::new(&gpu, false)?,
+            scan_map: Scan::new(&gpu, Scanned::Map)?,
+            scan_counts: Scan::new(&gpu, Scanned::Counts)?,
+            scan_all: Scan::new(&gpu, Scanned::AllCounts)?,
             normals: Normals::new(&gpu)?,
             table,
             volume: Arc::new(SourceKernels::new(&gpu, Samples::Volume)?),
@@ -84,22 +86,41 @@ impl Extractor {
     }
 
     /// Makes the buffers for `source` within `memory_budget` bytes, compiles its kernels (with exact normals) and
-    /// uploads a volume that fits in one slab.
+    /// uploads a volume that fits in one slab. There is room for all bricks of a grid of 256³ cells, and in larger ones
+    /// for as many active bricks as a surface without many folds has; [`Extractor::prepare_for`] makes room for more.
     ///
     /// # Errors
     /// [`ExtractError::Gpu`], [`ExtractError::NoForm`], [`ExtractError::Budget`],
     /// [`ExtractError::Binding`], [`ExtractError::TooManyBricks`].
     pub fn prepare(&self, source: &Source<'_>, memory_budget: u64) -> Result<Workspace, ExtractError> {
-        Ok(self.prepare_cut(source, &Options { memory_budget, ..Options::new(0.0) }, UVec3::MAX)?.0)
+        let options = Options { memory_budget, ..Options::new(0.0) };
+        Ok(self.prepare_cut(source, &options, Most::guess(source.grid()), None)?.0)
     }
 
-    /// [`Extractor::prepare`] with slabs that own at most `most` bricks an axis, and the seconds of the
-    /// upload if there was one.
+    /// [`Extractor::prepare`] with room for `active_bricks` bricks that hold surface, 429 bytes each and 2916 more for the
+    /// samples of a field: what a header with [`crate::gpu::Overflow::Bricks`] or [`ExtractError::Slots`] says.
+    ///
+    /// # Errors
+    /// As [`Extractor::prepare`].
+    pub fn prepare_for(
+        &self,
+        source: &Source<'_>,
+        memory_budget: u64,
+        active_bricks: u32,
+    ) -> Result<Workspace, ExtractError> {
+        let options = Options { memory_budget, ..Options::new(0.0) };
+        let most = Most { slots: active_bricks.max(1), ..Most::at_first() };
+        Ok(self.prepare_cut(source, &options, most, None)?.0)
+    }
+
+    /// [`Extractor::prepare`] with slabs as large as `most` allows, and the seconds of the upload if there was one. A
+    /// volume that `old` has on the GPU stays there.
     pub(crate) fn prepare_cut(
         &self,
         source: &Source<'_>,
         options: &Options,
-        most: UVec3,
+        most: Most,
+        old: Option<Workspace>,
     ) -> Result<(Workspace, Option<f64>), ExtractError> {
         check(source, options)?;
         let gpu = &self.gpu;
@@ -127,10 +148,12 @@ impl Extractor {
         };
         let is_volume = matches!(source, Source::Volume(_));
         let plan = Plan::new(source.grid(), is_volume, limits, most)?;
-        let workspace = Workspace::new(gpu, source, plan, kernels, data)?;
+        let uploaded = old.filter(|_| plan.slab_count() == 1).and_then(Workspace::into_uploaded);
+        let is_there = uploaded.is_some();
+        let workspace = Workspace::new(gpu, source, plan, kernels, data, uploaded)?;
         self.set_source(&workspace, source)?;
         let mut upload = None;
-        if workspace.plan.slab_count() == 1 {
+        if workspace.plan.slab_count() == 1 && !is_there {
             self.upload_timed(&workspace, source, workspace.plan.slab(0), &mut upload)?;
         }
         Ok((workspace, upload))
@@ -168,12 +191,12 @@ impl Extractor {
     pub(crate) fn poison(&self, space: &Workspace) {
         let buffers = space.buffers();
         let scratch = [
-            buffers.marks,
-            buffers.slots,
+            buffers.map,
             buffers.active,
             buffers.records,
             buffers.counts,
             &space.partials,
+            &space.boxes,
             &space.dispatches,
             &space.work,
         ];
@@ -199,15 +222,19 @@ impl Extractor {
         let slab = space.plan.slab(0);
         let options = Options { cull: false, ..Options::new(0.0) };
         let params = self.uniform(&space.params(&options, slab));
+        let (bytes, usage) = (8 * u64::from(slab.bricks()), U::STORAGE | U::COPY_SRC);
+        let ranges = self.gpu.buffer("brick ranges", bytes, usage)?;
         self.gpu.guarded("value range", 0, || {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
             self.encode_count(&space, &mut encoder, &options, slab, None, &mut Timer::off());
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            space.kernels.range.encode(&self.gpu, &mut pass, &space.bindings(self, &params), slab.bricks());
+            let mut bindings = space.bindings(self, &params);
+            bindings.set(b::RANGES, &ranges);
+            space.kernels.range.encode(&self.gpu, &mut pass, &bindings, slab.bricks());
             drop(pass);
             self.gpu.queue.submit([encoder.finish()]);
         })?;
-        Ok(super::widest(&self.gpu.read(&space.ranges, slab.bricks().into())?))
+        Ok(super::widest(&self.gpu.read(&ranges, slab.bricks().into())?))
     }
 
     pub(super) fn upload_timed(

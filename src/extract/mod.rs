@@ -14,6 +14,7 @@ pub use crate::field::differences::Normals;
 pub use cpu::extract_on_cpu;
 pub(crate) use cpu::{Clock, Job, KEPT_BYTES, Kept, RECORDS};
 pub use gpu::Extractor;
+pub(crate) use plan::Most;
 pub use plan::Plan;
 pub use run::Extraction;
 pub use workspace::Workspace;
@@ -174,6 +175,17 @@ pub enum ExtractError {
         needed: u64,
         /// How many there are.
         budget: u64,
+    },
+    /// More active bricks than a workspace has room for.
+    #[error(
+        "the surface lies in {needed} bricks, and the workspace has room for {slots}: make one with \
+         `Extractor::prepare_for`"
+    )]
+    Slots {
+        /// Bricks that may hold surface, of the slab that has most.
+        needed: u32,
+        /// How many there is room for.
+        slots: u32,
     },
     /// The least slab of bricks is more than the adapter can bind.
     #[error(

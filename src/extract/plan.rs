@@ -15,13 +15,15 @@
 
 use super::ExtractError;
 use crate::grid::{BRICK, Grid};
+use crate::stage::cull::Bounds;
+use crate::stage::cull::map::BrickMap;
 use crate::stage::params::{Params, Work};
 use crate::stage::sample::BRICK_BYTES;
 use glam::UVec3;
 use std::collections::BTreeSet;
 
-/// Bytes of marks, brick map, active list, record, counts and range, a brick.
-const SCRATCH_BYTES: u64 = 8 + 4 + 4 + RECORD_BYTES + 8 + 8;
+/// Bytes of active list, counts, record and partial sums, an active brick.
+const SLOT_BYTES: u64 = 4 + 8 + RECORD_BYTES + 1;
 const RECORD_BYTES: u64 = size_of::<crate::stage::classify::BrickRecord>() as u64;
 /// What a slab leaves to be remembered: its counts, on the GPU and read back, and its place in the mesh.
 const SLAB_BYTES: u64 = 2 * size_of::<Work>() as u64 + 32;
@@ -29,8 +31,10 @@ const SLAB_BYTES: u64 = 2 * size_of::<Work>() as u64 + 32;
 const BATCH_OWN_BYTES: u64 = 24 + 2 * size_of::<Params>() as u64;
 /// Bricks of the smallest batch.
 const LEAST_BATCH: u64 = 64;
-/// A slab's vertices (at most 1536 a brick) and triangles (2560) must be counted in 32 bits.
-const MOST_BRICKS: u64 = (u32::MAX / 2560) as u64;
+/// A slab's vertices (at most 1536 an active brick) and triangles (2560) must be counted in 32 bits.
+const MOST_SLOTS: u64 = (u32::MAX / 2560) as u64;
+/// Active bricks that there is always room for.
+const LEAST_SLOTS: u32 = 1 << 15;
 /// Samples in memory at once beyond which more gain nothing.
 const BATCH_BYTES: u64 = 512 << 20;
 /// Rows are not cut finer than this, so that no grid falls apart into a slab a brick.
@@ -72,11 +76,13 @@ pub struct Plan {
     across: UVec3,
     /// Bricks of the largest slab with its halo.
     pub bricks: u32,
+    /// Active bricks that there is room for in a slab.
+    pub slots: u32,
     /// Bytes of the source buffer: a slab's box of a volume, or a batch of bricks.
     pub source_bytes: u64,
     /// Active bricks a batch.
     pub batch_slots: u32,
-    /// Batches of the largest slab.
+    /// Batches of a slab that has as many as there is room for.
     pub batches: u32,
     /// Bytes of the scratch, the source, and for a volume its samples in main memory and those on their
     /// way to the GPU.
@@ -98,25 +104,50 @@ pub struct Limits<'a> {
     pub adapter: &'a str,
 }
 
+/// The most that a slab of a [`Plan`] may be.
+#[derive(Debug, Clone, Copy)]
+pub struct Most {
+    /// Bricks that it owns along each axis.
+    pub own: UVec3,
+    /// Active bricks.
+    pub slots: u32,
+}
+
+impl Most {
+    /// Anything, with room for so many active bricks of the grid as a surface without many folds has: it grows with
+    /// the square of the bricks along an axis.
+    pub fn guess(grid: &Grid) -> Self {
+        let layer = (grid.brick_count() as f64).powf(2.0 / 3.0);
+        Self { own: UVec3::MAX, slots: ((16.0 * layer) as u32).max(LEAST_SLOTS) }
+    }
+
+    /// Anything, with little room for active bricks: for those who look how many there are before they go on.
+    pub fn at_first() -> Self {
+        Self { own: UVec3::MAX, slots: LEAST_SLOTS }
+    }
+}
+
 impl Plan {
-    /// Halves the slabs of `grid`, which own at most `most` bricks an axis, until they fit.
+    /// Halves the slabs of `grid`, from those that are as large as `most` allows, until they fit.
     ///
     /// # Errors
     /// [`ExtractError::Budget`], [`ExtractError::Binding`] if even the least slab is too much.
-    pub fn new(grid: &Grid, is_volume: bool, limits: Limits<'_>, most: UVec3) -> Result<Self, ExtractError> {
-        let cuts = || std::iter::successors(Some(most.min(grid.bricks())), |&own| finer(own));
+    pub fn new(grid: &Grid, is_volume: bool, limits: Limits<'_>, most: Most) -> Result<Self, ExtractError> {
+        let cuts = || std::iter::successors(Some(most.own.min(grid.bricks())), |&own| finer(own));
         let allowed = |plan: &Self| {
-            let bricks = bricks_with_halo(grid.bricks(), plan.own);
-            plan.largest_binding() <= limits.binding && bricks <= MOST_BRICKS
+            plan.largest_binding(is_volume) <= limits.binding
+                && u64::from(plan.slots) <= MOST_SLOTS
+                && plan.bricks < u32::MAX
         };
-        let with = |own, budget| Self::with_own(grid, is_volume, Limits { budget, ..limits }, own);
+        let limits_of = |budget| Limits { budget, ..limits };
+        let with = |own, budget| Self::with_own(grid, is_volume, limits_of(budget), Most { own, ..most });
         // Not always the finest cut: each slab leaves something to be remembered.
         let least = cuts().map(|own| with(own, 0)).filter(allowed).min_by_key(|plan| plan.bytes);
         let Some(least) = least else {
             let finest = with(cuts().last().unwrap_or(UVec3::ONE), 0);
             return Err(ExtractError::Binding {
                 bricks: finest.bricks.into(),
-                needed: finest.largest_binding(),
+                needed: finest.largest_binding(is_volume),
                 limit: limits.binding,
                 adapter: limits.adapter.into(),
             });
@@ -134,16 +165,34 @@ impl Plan {
         Ok(Self { least_bytes, ..fitting.unwrap_or(least) })
     }
 
-    fn largest_binding(&self) -> u64 {
-        self.source_bytes.max(u64::from(self.bricks) * RECORD_BYTES)
+    fn largest_binding(&self, is_volume: bool) -> u64 {
+        let bricks = u64::from(self.bricks);
+        let of_bricks = if is_volume { 8 * bricks } else { self.box_bytes().max(bricks / 4) };
+        self.source_bytes.max(u64::from(self.slots) * RECORD_BYTES).max(of_bricks)
     }
 
-    fn with_own(grid: &Grid, is_volume: bool, limits: Limits<'_>, own: UVec3) -> Self {
+    /// The largest slab's bricks along each axis, with the halo.
+    fn extent(&self) -> UVec3 {
+        (self.own + 1).min(self.grid_bricks)
+    }
+
+    /// Bytes of the lists of boxes of a field's bricks.
+    pub(super) fn box_bytes(&self) -> u64 {
+        4 * Bounds::list_words(self.extent())
+    }
+
+    fn with_own(grid: &Grid, is_volume: bool, limits: Limits<'_>, most: Most) -> Self {
+        let own = most.own;
         let (grid_bricks, grid_points) = (grid.bricks(), grid.points());
         let across = (grid_bricks + own - 1) / own;
         let bricks = bricks_with_halo(grid_bricks, own);
+        let slots = bricks.min(most.slots.into());
         let slabs: u64 = across.to_array().map(u64::from).iter().product();
-        let scratch = (bricks + 1) * SCRATCH_BYTES + bricks / 8 + slabs * SLAB_BYTES + 4096;
+        // The map and its partial sums, and ranges or lists of boxes.
+        let map = 8 * BrickMap::word_count(bricks) + bricks / 256;
+        let of_bricks =
+            if is_volume { 8 * bricks } else { 4 * Bounds::list_words((own + 1).min(grid_bricks)) };
+        let scratch = map + of_bricks + (slots + 1) * SLOT_BYTES + slabs * SLAB_BYTES + 4096;
         let (source_bytes, batch_slots, host_bytes) = if is_volume {
             // The first slab is as large as any along an axis with two, or else the second is, since it has
             // a point below.
@@ -155,16 +204,16 @@ impl Plan {
             let bytes = 4 * most.to_array().map(u64::from).iter().product::<u64>();
             let row = 4 * u64::from(most.x);
             let on_their_way = bytes.min(2 * UPLOAD_BYTES.max(row));
-            (bytes, bricks, 4 * grid.point_count() + on_their_way)
+            (bytes, slots, 4 * grid.point_count() + on_their_way)
         } else {
             // The smaller the batches, the more there are of them.
-            let own_bytes = bricks.div_ceil(LEAST_BATCH) * BATCH_OWN_BYTES;
+            let own_bytes = slots.div_ceil(LEAST_BATCH) * BATCH_OWN_BYTES;
             let room = limits.budget.saturating_sub(2 * (scratch + own_bytes) + limits.fixed) / 2;
             let bytes = room.min(limits.binding).clamp(LEAST_BATCH * BRICK_BYTES, BATCH_BYTES);
-            let slots = (bytes / BRICK_BYTES).min(bricks);
-            (slots * BRICK_BYTES, slots, 0)
+            let of_batch = (bytes / BRICK_BYTES).min(slots);
+            (of_batch * BRICK_BYTES, of_batch, 0)
         };
-        let batches = bricks.div_ceil(batch_slots.max(1));
+        let batches = slots.div_ceil(batch_slots.max(1));
         let bytes = scratch + batches * BATCH_OWN_BYTES + source_bytes + host_bytes + limits.fixed;
         Self {
             grid_bricks,
@@ -173,6 +222,7 @@ impl Plan {
             across,
             // Where the number saturates, the plan is refused.
             bricks: u32::try_from(bricks).unwrap_or(u32::MAX),
+            slots: slots as u32,
             source_bytes,
             batch_slots: u32::try_from(batch_slots).unwrap_or(u32::MAX),
             batches: u32::try_from(batches).unwrap_or(u32::MAX),
@@ -256,6 +306,9 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
+    /// Anything, with room for every brick.
+    const ANY: Most = Most { own: UVec3::MAX, slots: u32::MAX };
+
     /// Every brick's number in the grid.
     fn own_bricks(plan: &Plan, slab: Slab) -> Vec<u64> {
         let b = plan.grid_bricks.as_u64vec3();
@@ -283,7 +336,7 @@ mod tests {
         let mut own = grid.bricks();
         let mut cuts = 0;
         loop {
-            let plan = Plan::new(&grid, true, limits, own).unwrap();
+            let plan = Plan::new(&grid, true, limits, Most { own, slots: u32::MAX }).unwrap();
             assert_eq!(plan.own, own);
             let mut next = 0;
             for slab in plan.slabs() {
@@ -321,8 +374,8 @@ mod tests {
         let limits = Limits { binding: 128 << 20, budget: 1 << 34, fixed: 0, adapter: "" };
         for cells in [[6000, 6000, 8], [8, 60_000, 6000], [1 << 20, 40, 9], [3000; 3]] {
             let grid = Grid::from_bounds(cells, Vec3::ZERO, Vec3::ONE).unwrap();
-            let plan = Plan::new(&grid, false, limits, UVec3::MAX).unwrap();
-            assert!(plan.largest_binding() <= limits.binding, "{cells:?}");
+            let plan = Plan::new(&grid, false, limits, ANY).unwrap();
+            assert!(plan.largest_binding(false) <= limits.binding, "{cells:?}");
             assert!(plan.slab_count() > 1, "{cells:?}");
         }
     }
@@ -332,12 +385,7 @@ mod tests {
     fn the_least_need_is_one_figure() {
         let with = |cells, is_volume, budget| {
             let grid = Grid::from_bounds(cells, Vec3::ZERO, Vec3::ONE).unwrap();
-            Plan::new(
-                &grid,
-                is_volume,
-                Limits { binding: 1 << 31, budget, fixed: 0, adapter: "" },
-                UVec3::MAX,
-            )
+            Plan::new(&grid, is_volume, Limits { binding: 1 << 31, budget, fixed: 0, adapter: "" }, ANY)
         };
         // Of the last one the finest cut is not the smallest: it has so many slabs.
         for cells in [[64; 3], [400, 30, 9], [5000, 100, 900], [1 << 20, 100, 100]] {
@@ -356,14 +404,14 @@ mod tests {
                     let settings = u64::from(plan.batches) * (24 + 2 * size_of::<Params>() as u64);
                     let bricks = u64::from(plan.bricks);
                     let slabs = plan.slab_count() as u64 * SLAB_BYTES;
-                    let scratch = bricks * SCRATCH_BYTES + bricks / 8 + slabs + 4096;
+                    let scratch = bricks / 4 + u64::from(plan.slots) * SLOT_BYTES + slabs + 4096;
                     assert!(plan.bytes >= plan.source_bytes + scratch + settings, "{plan:?}");
                 }
             }
         }
         let grid = Grid::from_bounds([1 << 20, 100, 100], Vec3::ZERO, Vec3::ONE).unwrap();
         let limits = Limits { binding: 1 << 31, budget: 0, fixed: 0, adapter: "" };
-        let finest = Plan::with_own(&grid, false, limits, UVec3::new(LEAST_RUN, 1, 1));
+        let finest = Plan::with_own(&grid, false, limits, Most { own: UVec3::new(LEAST_RUN, 1, 1), ..ANY });
         assert!(with([1 << 20, 100, 100], false, u64::MAX).unwrap().least_bytes < finest.bytes);
     }
 
@@ -372,9 +420,9 @@ mod tests {
         let grid = Grid::from_bounds([64; 3], Vec3::ZERO, Vec3::ONE).unwrap();
         let limits = Limits { binding: u64::MAX, budget: 1000, fixed: 0, adapter: "" };
         assert!(
-            matches!(Plan::new(&grid, true, limits, UVec3::MAX), Err(ExtractError::Budget { needed, .. }) if needed > 1000)
+            matches!(Plan::new(&grid, true, limits, ANY), Err(ExtractError::Budget { needed, .. }) if needed > 1000)
         );
         let limits = Limits { binding: 1000, budget: u64::MAX, fixed: 0, adapter: "" };
-        assert!(matches!(Plan::new(&grid, true, limits, UVec3::MAX), Err(ExtractError::Binding { .. })));
+        assert!(matches!(Plan::new(&grid, true, limits, ANY), Err(ExtractError::Binding { .. })));
     }
 }

@@ -1,13 +1,12 @@
 //! One extraction on the GPU: counting slab by slab, one allocation of the whole mesh, emitting.
 
 use super::encode::Target;
-use super::plan::{self, Plan, Slab};
+use super::plan::{self, Most, Plan, Slab};
 use super::workspace::Workspace;
 use super::{ExtractError, Extractor, Options, Report, STAGES, Source, check, stage_index as at};
 use crate::field::user::MAX_ITERATIONS;
 use crate::gpu::{GpuMesh, MeshHeader, Timer};
 use crate::stage::params::Work;
-use glam::UVec3;
 use wgpu::BufferUsages as U;
 
 /// A mesh and how it was made.
@@ -22,6 +21,8 @@ pub struct Extraction {
 /// How a run ended.
 enum Run {
     Done(Box<Extraction>),
+    /// So many active bricks need room.
+    Slots(u32),
     /// What there is to do does not fit beside the mesh: bytes of the mesh, and of reading it back.
     Short {
         mesh: u64,
@@ -60,7 +61,12 @@ impl Extractor {
         progress: &dyn Fn(f64),
     ) -> Result<Extraction, ExtractError> {
         let budget = options.memory_budget;
-        let mut most = UVec3::MAX;
+        // How many active bricks there are is known once they are counted, which is cheap; but a volume is long on its way.
+        let mut most = match source {
+            Source::Field(..) => Most::at_first(),
+            Source::Volume(_) => Most::guess(source.grid()),
+        };
+        let mut old = None;
         // Known once the mesh is counted.
         let (mut mesh, mut read) = (0, 0);
         // The one figure that suffices: what `least` bytes of scratch and the mesh take, and reading it.
@@ -74,17 +80,25 @@ impl Extractor {
             ExtractError::Budget { what, needed: scratch.max(read), budget }
         };
         loop {
-            let (space, upload) =
-                match self.prepare_cut(source, &Options { memory_budget: budget - mesh, ..*options }, most) {
-                    Err(ExtractError::Budget { needed, .. }) if mesh > 0 => {
-                        return Err(short(needed, mesh, read));
-                    }
-                    prepared => prepared?,
-                };
+            let (space, upload) = match self.prepare_cut(
+                source,
+                &Options { memory_budget: budget - mesh, ..*options },
+                most,
+                old.take(),
+            ) {
+                Err(ExtractError::Budget { needed, .. }) if mesh > 0 => {
+                    return Err(short(needed, mesh, read));
+                }
+                prepared => prepared?,
+            };
             match (self.run(&space, source, options, read_back, progress), plan::finer(space.plan.own)) {
                 // A slab's part of the mesh is more than the adapter binds: smaller slabs.
-                (Err(ExtractError::Binding { .. }), Some(finer)) => most = finer,
+                (Err(ExtractError::Binding { .. }), Some(finer)) => most.own = finer,
                 (Err(error), _) => return Err(error),
+                (Ok(Run::Slots(needed)), _) => {
+                    most.slots = needed;
+                    old = Some(space);
+                }
                 (Ok(Run::Short { mesh: of_mesh, read: of_read }), _) => {
                     let least = space.plan.least_bytes;
                     if of_mesh.saturating_add(least.max(of_read)) > budget {
@@ -108,7 +122,7 @@ impl Extractor {
     ///
     /// # Errors
     /// [`ExtractError::Iso`], [`ExtractError::Delta`], [`ExtractError::Gpu`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
-    /// [`ExtractError::Runaway`]; [`ExtractError::Binding`] if a slab's part of the mesh is more than
+    /// [`ExtractError::Slots`], [`ExtractError::Runaway`]; [`ExtractError::Binding`] if a slab's part of the mesh is more than
     /// the adapter binds; [`ExtractError::MeshBuffer`] if the whole is more than a buffer of it.
     pub fn extract_in(
         &self,
@@ -119,6 +133,7 @@ impl Extractor {
     ) -> Result<Extraction, ExtractError> {
         match self.run(space, source, options, false, progress)? {
             Run::Done(extraction) => Ok(*extraction),
+            Run::Slots(needed) => Err(ExtractError::Slots { needed, slots: space.plan.slots }),
             Run::Short { mesh, .. } => {
                 let (needed, budget) = (space.plan.bytes + mesh, options.memory_budget);
                 Err(ExtractError::Budget { what: "the mesh with the scratch", needed, budget })
@@ -175,6 +190,10 @@ impl Extractor {
         let works: Vec<Work> = gpu.read(&totals, slabs as u64)?;
         if works.iter().any(|w| w.runaway != 0) {
             return Err(ExtractError::Runaway { limit: MAX_ITERATIONS });
+        }
+        let needed = works.iter().map(|w| w.needed_slots).max().unwrap_or(0);
+        if needed > space.plan.slots {
+            return Ok(Run::Slots(needed));
         }
         let places = places(&works)?;
         let total = self.bindable(space, &places)?;

@@ -7,6 +7,7 @@ use crate::gpu::kernel::{Bindings, binding as b};
 use crate::gpu::{Gpu, GpuError, MESH_HEADER_BYTES};
 use crate::grid::Grid;
 use crate::stage::classify::{BrickRecord, Classify};
+use crate::stage::cull::map::BrickMap;
 use crate::stage::cull::{Bounds, Range};
 use crate::stage::emit::Emit;
 use crate::stage::normals::Normals;
@@ -48,7 +49,7 @@ pub struct Workspace {
     pub(super) grid: Grid,
     pub(super) sense: crate::field::Sense,
     pub(crate) is_volume: bool,
-    /// Whether the marks are set already, once, for the one slab that there is: cull leaves them as they are.
+    /// Whether the bits of the map are set already, once, for the one slab that there is: cull leaves them as they are.
     pub(crate) is_marked: bool,
     pub(crate) plan: Plan,
     pub(crate) kernels: Arc<SourceKernels>,
@@ -57,22 +58,30 @@ pub struct Workspace {
     pub(super) field_data: Arc<[u32]>,
     pub(super) field_data_buffer: wgpu::Buffer,
     pub(super) source: wgpu::Buffer,
-    /// Ranges of the slab's bricks: 8 bytes each, also where the source is a field, whose are needed only for
-    /// an empty mesh.
+    /// Ranges of the slab's bricks, 8 bytes each, where the source is a volume.
     pub(super) ranges: wgpu::Buffer,
     /// One word: samples of the slab that are not finite, counted with the ranges.
     pub(super) odd: wgpu::Buffer,
-    pub(crate) marks: wgpu::Buffer,
+    pub(crate) map: wgpu::Buffer,
+    /// Boxes of bricks that may hold surface, where the source is a field.
+    pub(super) boxes: wgpu::Buffer,
     pub(super) partials: wgpu::Buffer,
-    pub(crate) slots: wgpu::Buffer,
     pub(super) active: wgpu::Buffer,
     pub(super) records: wgpu::Buffer,
-    pub(super) counts: wgpu::Buffer,
+    pub(crate) counts: wgpu::Buffer,
     pub(crate) dispatches: wgpu::Buffer,
     pub(crate) work: wgpu::Buffer,
     pub(super) work_start: wgpu::Buffer,
     /// Takes the header while the mesh does not exist yet.
     pub(super) header: wgpu::Buffer,
+}
+
+/// What a volume that lies on the GPU takes.
+#[derive(Debug)]
+pub(super) struct Uploaded {
+    source: wgpu::Buffer,
+    ranges: wgpu::Buffer,
+    odd: wgpu::Buffer,
 }
 
 /// What the stages leave in a [`Workspace`].
@@ -82,8 +91,7 @@ pub(crate) struct StageBuffers<'a> {
     pub has_samples: bool,
     pub source: &'a wgpu::Buffer,
     pub ranges: &'a wgpu::Buffer,
-    pub marks: &'a wgpu::Buffer,
-    pub slots: &'a wgpu::Buffer,
+    pub map: &'a wgpu::Buffer,
     pub active: &'a wgpu::Buffer,
     pub records: &'a wgpu::Buffer,
     pub counts: &'a wgpu::Buffer,
@@ -97,15 +105,31 @@ impl Workspace {
         plan: Plan,
         kernels: Arc<SourceKernels>,
         field_data: Arc<[u32]>,
+        uploaded: Option<Uploaded>,
     ) -> Result<Self, GpuError> {
-        let n = u64::from(plan.bricks);
+        let (bricks, slots) = (u64::from(plan.bricks), u64::from(plan.slots));
         let storage = U::STORAGE | U::COPY_SRC | U::COPY_DST;
         let buffer = |what, bytes| gpu.buffer(what, bytes, storage);
-        let work_start = Work { batch_slots: plan.batch_slots, batches: plan.batches, ..Work::default() };
+        let work_start = Work {
+            batch_slots: plan.batch_slots,
+            batches: plan.batches,
+            slots: plan.slots,
+            ..Work::default()
+        };
+        let is_volume = matches!(source, Source::Volume(_));
+        let Uploaded { source: samples, ranges, odd } = match uploaded {
+            Some(uploaded) => uploaded,
+            None => Uploaded {
+                source: buffer("samples", plan.source_bytes)?,
+                ranges: buffer("brick ranges", if is_volume { 8 * bricks } else { 0 })?,
+                odd: buffer("non-finite samples", 16)?,
+            },
+        };
+        let words = BrickMap::word_count(bricks);
         let workspace = Workspace {
             grid: *source.grid(),
             sense: source.sense(),
-            is_volume: matches!(source, Source::Volume(_)),
+            is_volume,
             is_marked: false,
             kernels,
             field_parameters: gpu.buffer(
@@ -115,18 +139,18 @@ impl Workspace {
             )?,
             field_data_buffer: buffer("field data", size_of_val(&*field_data) as u64)?,
             field_data,
-            source: buffer("samples", plan.source_bytes)?,
-            ranges: buffer("brick ranges", 8 * n)?,
-            odd: buffer("non-finite samples", 16)?,
-            marks: buffer("brick marks", 8 * (n + 1))?,
-            partials: buffer("partial sums", 8 * n.div_ceil(64))?,
-            slots: buffer("brick map", 4 * n)?,
-            active: buffer("active bricks", 4 * n)?,
-            records: buffer("brick records", n * size_of::<BrickRecord>() as u64)?,
-            counts: buffer("brick counts", 8 * (n + 1))?,
+            source: samples,
+            ranges,
+            odd,
+            map: buffer("brick map", 8 * words)?,
+            boxes: buffer("boxes of bricks", if is_volume { 0 } else { plan.box_bytes() })?,
+            partials: buffer("partial sums", 8 * words.max(slots).div_ceil(64))?,
+            active: buffer("active bricks", 4 * slots)?,
+            records: buffer("brick records", slots * size_of::<BrickRecord>() as u64)?,
+            counts: buffer("brick counts", 8 * (slots + 1))?,
             dispatches: gpu.buffer(
                 "dispatches",
-                24 * u64::from(plan.batches) + Normals::ARGUMENT_BYTES,
+                24 * u64::from(plan.batches) + Normals::ARGUMENT_BYTES + 12,
                 storage | U::INDIRECT,
             )?,
             work: buffer("work", size_of::<Work>() as u64)?,
@@ -142,6 +166,17 @@ impl Workspace {
     /// Where in `Work` the count of samples that are not finite lies.
     pub(super) const NON_FINITE: u64 = std::mem::offset_of!(Work, non_finite) as u64;
 
+    /// The buffers of a volume that fits in one slab, of a workspace that is not needed any more.
+    pub(super) fn into_uploaded(self) -> Option<Uploaded> {
+        let keeps = self.is_volume && self.plan.slab_count() == 1;
+        keeps.then_some(Uploaded { source: self.source, ranges: self.ranges, odd: self.odd })
+    }
+
+    /// Where the arguments of the dispatches over boxes lie: behind those of the batches and of normals.
+    pub(super) fn box_dispatches(&self) -> (&wgpu::Buffer, u64) {
+        (&self.dispatches, 24 * u64::from(self.plan.batches) + Normals::ARGUMENT_BYTES)
+    }
+
     /// How the grid was cut, and the bytes of the buffers.
     pub fn plan(&self) -> &Plan {
         &self.plan
@@ -153,8 +188,7 @@ impl Workspace {
             has_samples: !self.is_volume,
             source: &self.source,
             ranges: &self.ranges,
-            marks: &self.marks,
-            slots: &self.slots,
+            map: &self.map,
             active: &self.active,
             records: &self.records,
             counts: &self.counts,
@@ -182,8 +216,8 @@ impl Workspace {
             .set(b::SOURCE, &self.source)
             .set(b::SAMPLES, &self.source)
             .set(b::RANGES, &self.ranges)
-            .set(b::MARKS, &self.marks)
-            .set(b::SLOTS, &self.slots)
+            .set(b::MAP, &self.map)
+            .set(b::BOXES, &self.boxes)
             .set(b::ACTIVE, &self.active)
             .set(b::DISPATCHES, &self.dispatches)
             .set(b::RECORDS, &self.records)

@@ -16,10 +16,10 @@ pub mod binding {
     pub const SOURCE: usize = 2;
     /// Range of each brick.
     pub const RANGES: usize = 3;
-    /// Marks of cull, before and after their scan.
-    pub const MARKS: usize = 4;
-    /// The brick map: slot of each brick.
-    pub const SLOTS: usize = 5;
+    /// The brick map.
+    pub const MAP: usize = 4;
+    /// Lists of boxes of bricks.
+    pub const BOXES: usize = 5;
     /// The active list: brick of each slot.
     pub const ACTIVE: usize = 6;
     /// Arguments of indirect dispatches.
@@ -56,8 +56,10 @@ pub mod binding {
     pub const KEPT_VERTICES: usize = 22;
     /// Its indices.
     pub const KEPT_INDICES: usize = 23;
+    /// Marks of the mesh's vertices and triangles, before and after their scan.
+    pub const MARKS: usize = 24;
     /// How many there are.
-    pub const COUNT: usize = 24;
+    pub const COUNT: usize = 25;
 }
 
 /// Buffers by binding number.

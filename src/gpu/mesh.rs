@@ -26,7 +26,7 @@ pub struct MeshHeader {
     pub vertices: u32,
     /// Triangles of the mesh, also when they did not fit.
     pub triangles: u32,
-    /// Bricks that the cull stage kept.
+    /// Bricks that the cull stage kept, also when they were more than the workspace has room for.
     pub active_bricks: u32,
     /// Bits of [`Overflow`]: which capacity was short.
     pub overflow: u32,
@@ -45,6 +45,8 @@ pub const MESH_HEADER_BYTES: u64 = size_of::<MeshHeader>() as u64;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Overflow {
+    /// More active bricks than the workspace has room for: nothing was made, and vertices and triangles were not counted.
+    Bricks = 1,
     /// More vertices than the vertex buffer holds.
     Vertices = 2,
     /// More triangles than the index buffer holds.

@@ -139,6 +139,10 @@ pub struct Work {
     pub queued: u32,
     pub taken: u32,
     pub rounds: u32,
+    pub slots: u32,
+    pub needed_slots: u32,
+    pub large_boxes: u32,
+    pub small_boxes: u32,
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 
 use crate::field::Wgsl;
 use crate::field::differences::Normals;
+use crate::stage::scan::Scanned;
 
 const PARAMS: &str = include_str!("../../shaders/shared/params.wgsl");
 const WORK: &str = include_str!("../../shaders/shared/work.wgsl");
@@ -28,7 +29,10 @@ const BOUNDS: &str = include_str!("../../shaders/bounds.wgsl");
 const CULL: &str = include_str!("../../shaders/cull.wgsl");
 const SAMPLE: &str = include_str!("../../shaders/sample.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/classify.wgsl");
+const MAP: &str = include_str!("../../shaders/shared/map.wgsl");
 const SCAN: &str = include_str!("../../shaders/scan.wgsl");
+const SCAN_COUNTS: &str = include_str!("../../shaders/scan/counts.wgsl");
+const SCAN_MAP: &str = include_str!("../../shaders/scan/map.wgsl");
 const NORMALS: &str = include_str!("../../shaders/normals.wgsl");
 const TRACK: &str = include_str!("../../shaders/track.wgsl");
 const COMPONENTS: &str = include_str!("../../shaders/components.wgsl");
@@ -37,6 +41,9 @@ const EMIT: &str = include_str!("../../shaders/emit.wgsl");
 
 const FIELD_DATA: &str = "@group(0) @binding(17) var<storage, read> field_data: array<u32>;\n";
 const NO_LOOPS: &str = "fn report_runaway() {}\n";
+/// The brick map where its words are read, and where cull writes them.
+const READ_MAP: &str = "@group(0) @binding(4) var<storage, read> map: array<vec2<u32>>;\n";
+const WRITE_MAP: &str = "@group(0) @binding(4) var<storage, read_write> map: array<vec2<u32>>;\n";
 
 /// Where the stages find samples and normals.
 #[derive(Debug, Clone, Copy)]
@@ -75,10 +82,10 @@ pub fn cull(samples: Samples<'_>) -> String {
         Samples::Volume => VOLUME,
         Samples::Field(_) => BRICKS,
     };
-    link(&[PARAMS, WORK, INSIDE, GRID, source, STRADDLES, CULL])
+    link(&[PARAMS, WORK, INSIDE, GRID, source, STRADDLES, WRITE_MAP, MAP, CULL])
 }
 
-/// The table of a field's ranges, if it has intervals.
+/// The bits of a field's bricks, if it has intervals.
 pub fn bounds(wgsl: &Wgsl) -> Option<String> {
     let own = field_part(wgsl, wgsl.interval.as_deref()?);
     Some(link(&[PARAMS, WORK, INSIDE, STRADDLES, INTERVAL, &own, BOUNDS]))
@@ -99,8 +106,11 @@ pub fn classify(samples: Samples<'_>) -> String {
 }
 
 /// The scan stage.
-pub fn scan() -> String {
-    link(&[PARAMS, WORK, SCAN])
+pub fn scan(scanned: Scanned) -> String {
+    match scanned {
+        Scanned::Map => link(&[PARAMS, WORK, MAP, SCAN_MAP, SCAN]),
+        Scanned::Counts | Scanned::AllCounts => link(&[PARAMS, WORK, SCAN_COUNTS, SCAN]),
+    }
 }
 
 /// The emit stage; `normals` says where a field's come from.
@@ -119,7 +129,7 @@ pub fn emit(samples: Samples<'_>, normals: Normals) -> String {
     // A brick has at most 1536 vertices. Where loops are counted an invocation should make few of them.
     let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
     let lanes = if counted { "const LANES = 256u;" } else { "const LANES = 64u;" };
-    link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, &source, ROW, UNIT, lanes, EMIT])
+    link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, READ_MAP, MAP, &source, ROW, UNIT, lanes, EMIT])
 }
 
 /// The tracker's continuation, for samples of a volume or for those that were taken of a field.
@@ -130,7 +140,7 @@ pub fn track(of_volume: bool) -> String {
 
 /// The components of a mesh.
 pub fn components() -> String {
-    link(&[PARAMS, RECORD, HEADER, COMPONENTS])
+    link(&[PARAMS, RECORD, HEADER, READ_MAP, MAP, COMPONENTS])
 }
 
 /// The normals stage.

@@ -5,11 +5,11 @@ use crate::inputs::{cases, check};
 use isoforge::extract::{Options, Source};
 
 /// Goes red when `range` (`shaders/cull.wgsl`) reads eight samples of a row instead of nine, and when
-/// `straddles` asks for `outermost > iso_key`. That `compact` counts the halo's bricks among the
+/// `straddles` asks for `outermost > iso_key`. That `arrange` counts the halo's bricks among the
 /// own (`own_active`) shows only in a cut grid (`tests/extract/cut.rs`).
 #[test]
 fn as_the_twin() {
-    check("cull", &["range of each brick", "brick map", "active list"]);
+    check("cull", &["range of each brick", "bits of the brick map", "brick map", "active list"]);
 }
 
 #[test]

@@ -6,8 +6,8 @@ use bytemuck::Zeroable;
 use isoforge::gpu::Gpu;
 use isoforge::gpu::kernel::{Bindings, binding as b};
 use isoforge::stage::params::{Params, Work};
-use isoforge::stage::scan::Scan;
 use isoforge::stage::scan::cpu::scan;
+use isoforge::stage::scan::{Scan, Scanned};
 use wgpu::BufferUsages as U;
 
 /// Goes red when `apply` (`shaders/scan.wgsl`) adds the item before it writes the sum, and when the total
@@ -55,7 +55,8 @@ fn on_gpu(gpu: &Gpu, stage: &Scan, items: &[[u32; 2]], dispatched: u32, over_bri
 fn by_itself_at_every_length() {
     let Some(gpu) = common::gpu() else { return };
     for over_bricks in [false, true] {
-        let stage = Scan::new(gpu, over_bricks).unwrap();
+        let scanned = if over_bricks { Scanned::AllCounts } else { Scanned::Counts };
+        let stage = Scan::new(gpu, scanned).unwrap();
         for n in [0usize, 1, 2, 63, 64, 65, 127, 128, 129, 4095, 4096, 4097, 8191, 8193, 262_145, 300_001] {
             let mut random = Random(n as u64);
             let mut items: Vec<[u32; 2]> =

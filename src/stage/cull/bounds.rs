@@ -1,5 +1,8 @@
 //! Culling of fields by intervals; CPU twin of `shaders/bounds.wgsl`.
 //!
+//! The sizes of the boxes are not the shader's, and need not be: bounds of a box hold those of its parts, also as they
+//! are rounded, so that the bricks that are left are those whose own bounds say so.
+//!
 //! Boxes of bricks are looked at from large to small (Duff 1992): one whose interval lies on one side of iso
 //! has no surface, and of one that may have, the field is pruned to what matters there, for the
 //! boxes within. Conservative: it never changes the mesh.
@@ -167,20 +170,4 @@ fn descend(
     } else {
         (0..count).for_each(|i| of_part(i, found));
     }
-}
-
-/// The table of ranges as the shader makes it.
-pub fn bounds(params: &Params, field: &dyn Field) -> Vec<Range> {
-    let extent = UVec3::from(params.slab_extent);
-    let place = |i: u32, n: UVec3| UVec3::new(i % n.x, i / n.x % n.y, i / (n.x * n.y));
-    (0..params.slab_bricks)
-        .into_par_iter()
-        .map(|brick| {
-            let brick = place(brick, extent);
-            let block = brick / BLOCK * BLOCK;
-            let of = |first: UVec3, end| keys(field.range(region(params, first, end)));
-            let whole = of(block, (block + BLOCK).min(extent));
-            if straddles(params, whole) { of(brick, brick + 1) } else { whole }
-        })
-        .collect()
 }

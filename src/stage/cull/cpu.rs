@@ -9,9 +9,6 @@ use rayon::prelude::*;
 /// sample, the widest for one with finite and other samples.
 pub type Range = [u32; 2];
 
-/// What stands for a brick that is not active in the brick map.
-pub const NO_SLOT: u32 = u32::MAX;
-
 /// Layers of bricks that one task takes, at most: the plane between two layers is read twice, the second
 /// time from the cache.
 const LAYERS: usize = 8;
@@ -168,31 +165,4 @@ fn count_odd(params: &Params, values: &[f32], origin: [usize; 3]) -> [u32; 3] {
 pub fn straddles(params: &Params, [low, high]: Range) -> bool {
     let (innermost, outermost) = if params.flip == 0 { (low, high) } else { (!high, !low) };
     low <= high && innermost < params.iso_key && outermost >= params.iso_key
-}
-
-/// Marks the bricks that are kept: (1, 0), else (0, 0).
-pub fn cull(params: &Params, ranges: &[Range], marks: &mut [[u32; 2]]) {
-    for (mark, range) in marks.iter_mut().zip(ranges) {
-        *mark = [straddles(params, *range).into(), 0];
-    }
-}
-
-/// Marks every brick as kept.
-pub fn keep_all(marks: &mut [[u32; 2]]) {
-    marks.fill([1, 0]);
-}
-
-/// From scanned marks (with the total behind the last brick) to the brick map and the active list.
-pub fn compact(params: &Params, marks: &[[u32; 2]], slots: &mut [u32]) -> Vec<u32> {
-    let count = params.slab_bricks as usize;
-    let mut active_list = vec![0; marks[count][0] as usize];
-    for index in 0..count {
-        let slot = marks[index][0];
-        let kept = marks[index + 1][0] > slot;
-        slots[index] = if kept { slot } else { NO_SLOT };
-        if kept {
-            active_list[slot as usize] = index as u32;
-        }
-    }
-    active_list
 }

@@ -2,12 +2,14 @@
 //!
 //! Theory: the surface passes through few bricks, and a brick whose lowest and highest sample lie on
 //! one side of iso is not among them. Practice: a volume's table of ranges is built once, so that
-//! another iso value costs one look at each brick's pair of numbers; a field's table is made of
-//! its intervals, from large boxes to small; fields without intervals keep all bricks. Output: the list of active bricks in brick order, the brick map that is its inverse, and
-//! the arguments of the dispatches that follow. Culling is conservative: it never changes the mesh.
+//! another iso value costs one look at each brick's pair of numbers; a field's bricks are found by
+//! its intervals, from large boxes to small, so that empty space costs nothing (`shaders/bounds.wgsl`); fields without
+//! intervals keep all bricks. Output: the brick map ([`map::BrickMap`]); the scan of its bits makes the list of active bricks, in brick
+//! order; and the arguments of the dispatches that follow. Culling is conservative: it never changes the mesh.
 
 pub mod bounds;
 pub mod cpu;
+pub mod map;
 
 use super::shaders::{self, Samples};
 use crate::field::Wgsl;
@@ -19,16 +21,24 @@ use crate::gpu::{Gpu, GpuError};
 pub struct Cull {
     cull: Kernel,
     keep_all: Kernel,
-    compact: Kernel,
+    arrange: Kernel,
 }
 
 /// The kernel that builds the table of ranges.
 #[derive(Debug)]
 pub struct Range(Kernel);
 
-/// The kernel that makes the table of ranges of a field that has intervals.
+/// The kernels that find the bricks of a field that has intervals.
 #[derive(Debug)]
-pub struct Bounds(Kernel);
+pub struct Bounds {
+    /// To boxes of 16 bricks an axis, of 4, to bricks.
+    narrow: [Kernel; 3],
+    /// The dispatches of the second and the third.
+    dispatch: [Kernel; 2],
+}
+
+/// Bricks along the edges of the parts that boxes are cut into, level by level.
+pub const SIDES: [u32; 3] = [16, 4, 1];
 
 impl Bounds {
     /// Compiles the kernel, if the field has intervals.
@@ -36,19 +46,37 @@ impl Bounds {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, wgsl: &Wgsl) -> Result<Option<Self>, GpuError> {
-        let source = shaders::bounds(wgsl);
-        source.map(|source| Ok(Self(Kernel::new(gpu, &source, "bounds", &[])?))).transpose()
+        let Some(source) = shaders::bounds(wgsl) else { return Ok(None) };
+        let kernel = |entry, side| Kernel::new(gpu, &source, entry, &[("side", f64::from(side))]);
+        let [large, small, brick] = SIDES;
+        Ok(Some(Self {
+            narrow: [kernel("narrow", large)?, kernel("narrow", small)?, kernel("narrow", brick)?],
+            dispatch: [kernel("dispatch_boxes", large)?, kernel("dispatch_boxes", small)?],
+        }))
     }
 
-    /// Makes the ranges of a box of so many bricks.
+    /// Words of the lists of boxes for slabs of so many bricks, no one of which has more along an axis than `extent`.
+    pub fn list_words(extent: glam::UVec3) -> u64 {
+        let boxes = |side| extent.to_array().map(|n| u64::from(n.div_ceil(side))).iter().product::<u64>();
+        boxes(SIDES[0]) + boxes(SIDES[1])
+    }
+
+    /// Sets the bits of the bricks that may hold surface, of a slab of so many, in a map without bits. The arguments
+    /// of two dispatches lie at `offset` of `dispatches`.
     pub fn encode(
         &self,
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         bindings: &Bindings<'_>,
         extent: glam::UVec3,
+        (dispatches, offset): (&wgpu::Buffer, u64),
     ) {
-        self.0.dispatch(gpu, pass, bindings, extent.map(|n| n.div_ceil(4)).element_product());
+        let first = extent.map(|n| n.div_ceil(4 * SIDES[0])).element_product();
+        self.narrow[0].dispatch(gpu, pass, bindings, first);
+        for level in 0..2 {
+            self.dispatch[level].dispatch(gpu, pass, bindings, 1);
+            self.narrow[level + 1].dispatch_indirect(gpu, pass, bindings, dispatches, offset);
+        }
     }
 }
 
@@ -79,12 +107,12 @@ impl Cull {
         Ok(Self {
             cull: Kernel::new(gpu, &source, "cull", &[])?,
             keep_all: Kernel::new(gpu, &source, "keep_all", &[])?,
-            compact: Kernel::new(gpu, &source, "compact", &[])?,
+            arrange: Kernel::new(gpu, &source, "arrange", &[])?,
         })
     }
 
-    /// Marks the bricks to keep: by their ranges, or all.
-    pub fn encode_mark(
+    /// Sets the bits of the bricks to keep: by their ranges, or all.
+    pub fn encode(
         &self,
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
@@ -93,17 +121,11 @@ impl Cull {
         has_ranges: bool,
     ) {
         let kernel = if has_ranges { &self.cull } else { &self.keep_all };
-        kernel.dispatch(gpu, pass, bindings, bricks.div_ceil(THREADS));
+        kernel.dispatch(gpu, pass, bindings, bricks.div_ceil(32 * THREADS));
     }
 
-    /// Lists the bricks whose scanned marks say that they are kept.
-    pub fn encode_compact(
-        &self,
-        gpu: &Gpu,
-        pass: &mut wgpu::ComputePass<'_>,
-        bindings: &Bindings<'_>,
-        bricks: u32,
-    ) {
-        self.compact.dispatch(gpu, pass, bindings, bricks.div_ceil(THREADS));
+    /// Once the bits are scanned: the numbers of active bricks, and the arguments of the dispatches over them.
+    pub fn encode_arrange(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, bindings: &Bindings<'_>) {
+        self.arrange.dispatch(gpu, pass, bindings, 1);
     }
 }

@@ -12,6 +12,17 @@ use crate::gpu::{Gpu, GpuError};
 /// Items that one invocation sums, and invocations a workgroup.
 pub const RUN: u32 = 64;
 
+/// What is scanned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scanned {
+    /// The bits of the brick map, which make the list of active bricks.
+    Map,
+    /// The counts of the active bricks.
+    Counts,
+    /// As many counts as the slab has bricks.
+    AllCounts,
+}
+
 /// The kernels of the stage.
 #[derive(Debug)]
 pub struct Scan {
@@ -21,21 +32,23 @@ pub struct Scan {
 }
 
 impl Scan {
-    /// Compiles the kernels, for the marks of a slab's bricks or the counts of its active bricks.
+    /// Compiles the kernels.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
-    pub fn new(gpu: &Gpu, over_bricks: bool) -> Result<Self, GpuError> {
-        let source = shaders::scan();
-        let constants = [("over_bricks", f64::from(u8::from(over_bricks)))];
+    pub fn new(gpu: &Gpu, scanned: Scanned) -> Result<Self, GpuError> {
+        let source = shaders::scan(scanned);
+        let over_bricks = [("over_bricks", f64::from(u8::from(scanned == Scanned::AllCounts)))];
+        let constants: &[_] = if scanned == Scanned::Map { &[] } else { &over_bricks };
+        let kernel = |entry| Kernel::new(gpu, &source, entry, constants);
         Ok(Self {
-            reduce: Kernel::new(gpu, &source, "reduce", &constants)?,
-            scan_partials: Kernel::new(gpu, &source, "scan_partials", &constants)?,
-            apply: Kernel::new(gpu, &source, "apply", &constants)?,
+            reduce: kernel("reduce")?,
+            scan_partials: kernel("scan_partials")?,
+            apply: kernel("apply")?,
         })
     }
 
-    /// Scans the buffer bound as counts, of at most `items` items and one more for the total.
+    /// Scans at most `items` items and one more for the total: words of the map, or counts.
     pub fn encode(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, bindings: &Bindings<'_>, items: u32) {
         let groups = items.div_ceil(RUN * RUN).max(1);
         self.reduce.dispatch(gpu, pass, bindings, groups);

@@ -154,7 +154,7 @@ impl Extractor {
             run(encoder, &bindings, &[(&kernels.keep, starts.len() as u32)]);
             run(encoder, &over_mesh, &[(&kernels.mark, items)]);
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            self.scan_marks.encode(gpu, &mut pass, &over_marks, items);
+            self.scan_all.encode(gpu, &mut pass, &over_marks, items);
             drop(pass);
             let place = std::mem::offset_of!(Labelled, vertices) as u64;
             encoder.copy_buffer_to_buffer(&marks, 8 * n, &labelled, place, 8);

@@ -4,14 +4,13 @@ mod components;
 
 use super::cpu::starts;
 use super::{Seeds, Starts, TrackError, TrackReport, search};
-use crate::extract::{ExtractError, Extraction, Extractor, Job, Options, Source, Workspace};
+use crate::extract::{ExtractError, Extraction, Extractor, Job, Most, Options, Source, Workspace};
 use crate::field::user::MAX_ITERATIONS;
 use crate::gpu::kernel::Kernel;
 use crate::gpu::{Gpu, GpuError};
 use crate::stage::params::Work;
 use crate::stage::shaders;
 use components::Components;
-use glam::UVec3;
 use std::collections::HashSet;
 use std::sync::OnceLock;
 
@@ -73,14 +72,20 @@ impl Extractor {
         progress(0.1);
         let budget = options.memory_budget;
         let mut room = budget;
+        let mut most = Most::guess(source.grid());
+        let mut old = None;
         let (space, mut extraction) = loop {
             let (mut space, _) =
-                self.prepare_cut(source, &Options { memory_budget: room, ..*options }, UVec3::MAX)?;
+                self.prepare_cut(source, &Options { memory_budget: room, ..*options }, most, old.take())?;
             if space.plan.slab_count() > 1 {
                 let bricks = source.grid().brick_count();
                 return Err(TrackError::Slabs { bricks, adapter: self.gpu.info.name.clone() });
             }
-            self.follow(&mut space, options, &starts, &mut told)?;
+            if let Some(slots) = self.follow(&mut space, options, &starts, &mut told)? {
+                most.slots = slots;
+                old = Some(space);
+                continue;
+            }
             progress(0.5);
             match self.extract_in(&space, source, options, &|_| {}) {
                 // The scratch left too little for the mesh: once more, with what the mesh leaves.
@@ -97,24 +102,30 @@ impl Extractor {
         Ok((extraction, told))
     }
 
-    /// Marks the bricks that the surface leads to.
+    /// Sets the bits of the bricks that the surface leads to; or says for how many there should be room, where there are
+    /// more than slots.
     fn follow(
         &self,
         space: &mut Workspace,
         options: &Options,
         starts: &Starts,
         told: &mut TrackReport,
-    ) -> Result<(), TrackError> {
+    ) -> Result<Option<u32>, TrackError> {
+        let slots = space.plan.slots;
+        if starts.bricks.len() > slots as usize {
+            return Ok(Some(starts.bricks.len() as u32));
+        }
         let gpu = &self.gpu;
         let cell = &self.track.follow[usize::from(space.is_volume)];
         let kernels = made(cell, || Follow::new(gpu, space.is_volume))?;
         let work = Work {
             queued: starts.bricks.len() as u32,
             batch_slots: space.plan.batch_slots,
+            slots,
             ..Work::default()
         };
         gpu.write(&space.work, bytemuck::bytes_of(&work))?;
-        gpu.write(&space.slots, bytemuck::cast_slice(&starts.bricks))?;
+        gpu.write(&space.counts, bytemuck::cast_slice(&starts.bricks))?;
         let params = self.uniform(&space.params(options, space.plan.slab(0)));
         let mut is_first = true;
         let work = loop {
@@ -122,7 +133,7 @@ impl Extractor {
                 let bindings = space.bindings(self, &params);
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
                 if is_first {
-                    encoder.clear_buffer(&space.marks, 0, None);
+                    encoder.clear_buffer(&space.map, 0, None);
                 }
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
                 if is_first {
@@ -143,18 +154,22 @@ impl Extractor {
             if work.runaway != 0 {
                 return Err(ExtractError::Runaway { limit: MAX_ITERATIONS }.into());
             }
+            if work.queued > slots {
+                // How many more there are is not known.
+                return Ok(Some(slots.saturating_mul(4).max(work.queued).min(space.plan.bricks)));
+            }
             if work.taken == work.queued {
                 break work;
             }
         };
         told.rounds = work.rounds;
         if let Some(search) = told.search.as_mut().filter(|search| search.by_intervals) {
-            let reached: Vec<u32> = gpu.read(&space.slots, work.queued.into())?;
+            let reached: Vec<u32> = gpu.read(&space.counts, work.queued.into())?;
             let reached = HashSet::from_iter(reached);
             let params = space.params(options, space.plan.slab(0));
             search.undecided = search::undecided(&params, search.cells, &starts.open, &reached);
         }
         space.is_marked = true;
-        Ok(())
+        Ok(None)
     }
 }

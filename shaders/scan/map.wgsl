@@ -1,0 +1,23 @@
+// What is scanned: the bits of the brick map's words. The sum before a word is written beside its bits, and the bricks
+// of its bits are listed: the active list, in brick order, as far as there are slots.
+@group(0) @binding(4) var<storage, read_write> map: array<vec2<u32>>;
+@group(0) @binding(6) var<storage, read_write> active_list: array<u32>;
+
+fn item_count() -> u32 {
+    return map_words();
+}
+
+fn item(i: u32) -> vec2<u32> {
+    return vec2<u32>(countOneBits(map[i].x), 0u);
+}
+
+fn put(i: u32, before: vec2<u32>) {
+    // There is no brick behind the last word, which takes the total.
+    let bits = select(0u, map[i].x, i < map_words());
+    map[i] = vec2<u32>(bits, before.x);
+    var slot = before.x;
+    for (var left = bits; left != 0u && slot < work.slots; left &= left - 1u) {
+        active_list[slot] = 32u * i + countTrailingZeros(left);
+        slot++;
+    }
+}
