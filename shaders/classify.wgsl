@@ -7,72 +7,55 @@
 @group(0) @binding(9) var<storage, read_write> counts: array<vec2<u32>>;
 @group(0) @binding(10) var<uniform> table: array<vec4<u32>, 128>;
 
-// Vertices (low half) and triangles (high half) of each row.
-var<workgroup> row_counts: array<u32, 64>;
+// Vertices and triangles before each row.
+var<workgroup> before_rows: array<vec2<u32>, 64>;
 
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(64)
 fn classify(
-    @builtin(local_invocation_id) local: vec3<u32>,
-    @builtin(local_invocation_index) row: u32,
+    lane: Lane,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    let row = lane_of(lane);
+    let y = row % 8u;
+    let z = row / 8u;
     let slot = slot_of(group, groups);
+    // All meet at the barriers, also those beyond the last brick.
     let live = slot < batch_end(work.active_bricks);
+    let origin = brick_origin(active_list[select(params.first_slot, slot, live)]);
+    load_rows(slot, origin, row, live);
     var edges = 0u;
-    var row_triangles = 0u;
+    var own = vec2<u32>(0u);
     if live {
-        let origin = brick_origin(active_list[slot]);
-        let shape = row_shape(origin, local.x, local.y);
-        let bits = inside_rows(slot, origin, local.x, local.y);
+        let shape = row_shape(origin, y, z);
+        let bits = rows_at(slot, origin, y, z);
         edges = crossed_edges(bits, shape);
+        own.x = countOneBits(edges);
         for (var mixed = mixed_cells(bits, shape); mixed != 0u; mixed &= mixed - 1u) {
-            row_triangles += table_words(cell_case(bits, countTrailingZeros(mixed))).x & 15u;
+            own.y += table_words(cell_case(bits, countTrailingZeros(mixed))).x & 15u;
         }
         if COUNTS_NON_FINITE && slot < work.own_active {
-            let odd = countOneBits(not_finite_row(slot, origin, local.x, local.y) & shape.owned);
+            let odd = not_finite_at(slot, origin, y, z, shape.owned);
             if odd > 0u {
                 atomicAdd(&work.non_finite, odd);
             }
         }
     }
-    row_counts[row] = countOneBits(edges) | (row_triangles << 16u);
+    let before = group_before(lane, own);
+    before_rows[row] = before;
     workgroupBarrier();
     if !live {
         return;
     }
-    // Each invocation sums the rows before it in its plane, the first of a plane also the planes
-    // before: no more barriers.
-    var before = 0u;
-    for (var r = row & 56u; r < row; r++) {
-        before += row_counts[r];
-    }
-    records[slot].rows[row] = edges | (before << 24u);
+    let in_plane = before - before_rows[row & 56u];
+    records[slot].rows[row] = edges | (in_plane.x << 24u);
     if (row & 1u) == 0u {
-        records[slot].triangles[row / 2u] = (before >> 16u) | ((before + row_counts[row]) & 0xffff0000u);
+        records[slot].triangles[row / 2u] = in_plane.y | ((in_plane.y + own.y) << 16u);
     }
-    if local.x == 0u {
-        var planes = 0u;
-        for (var r = 0u; r < row; r++) {
-            planes += row_counts[r];
-        }
-        records[slot].planes[local.y] = planes;
+    if y == 0u {
+        records[slot].planes[z] = before.x | (before.y << 16u);
     }
     if row == 63u {
-        var total = 0u;
-        for (var r = 0u; r < 64u; r++) {
-            total += row_counts[r];
-        }
-        counts[slot] = vec2<u32>(total & 0xffffu, total >> 16u);
+        counts[slot] = before + own;
     }
-}
-
-// Which owned points of the row are NaN or infinite.
-fn not_finite_row(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {
-    let row = row_start(slot, origin, y, z);
-    var odd = 0u;
-    for (var x = 0u; x < 8u; x++) {
-        odd |= u32(!is_finite(row_bits(row, origin, x))) << x;
-    }
-    return odd;
 }

@@ -13,26 +13,6 @@
 @group(0) @binding(14) var<storage, read_write> indices: array<u32>;
 @group(0) @binding(15) var<storage, read_write> header: MeshHeader;
 
-// The edge of vertex `k` of a brick: its owner's x, y, z and its axis.
-fn edge_of_vertex(slot: u32, k: u32) -> vec4<u32> {
-    var z = 0u;
-    for (var i = 1u; i < 8u; i++) {
-        z += u32((records[slot].planes[i] & 0xffffu) <= k);
-    }
-    let in_plane = k - (records[slot].planes[z] & 0xffffu);
-    var y = 0u;
-    for (var i = 1u; i < 8u; i++) {
-        y += u32((records[slot].rows[8u * z + i] >> 24u) <= in_plane);
-    }
-    let row = records[slot].rows[8u * z + y];
-    var edges = row & 0xffffffu;
-    for (var skip = in_plane - (row >> 24u); skip > 0u; skip--) {
-        edges &= edges - 1u;
-    }
-    let bit = countTrailingZeros(edges);
-    return vec4<u32>(bit & 7u, y, z, bit >> 3u);
-}
-
 // 2⁻⁹⁰: differences below it are taken of scaled numbers. Some drivers flush results below 2⁻¹²⁶ to zero.
 const SMALL = 0x1p-90f;
 
@@ -59,7 +39,9 @@ fn emit_vertices(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let slot = slot_of(group, groups);
-    if slot >= batch_end(work.own_active) {
+    let live = slot < batch_end(work.own_active);
+    load_edges(slot, lane, live);
+    if !live {
         return;
     }
     let origin = brick_origin(active_list[slot]);
@@ -97,7 +79,7 @@ fn emit_vertices(
 }
 
 // Number of the vertex on edge `edge` of the cell whose lowest corner is point `cell` of the brick.
-fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32) -> u32 {
+fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32, own_slot: u32) -> u32 {
     let axis = edge >> 2u;
     let one = edge & 1u;
     let two = (edge >> 1u) & 1u;
@@ -109,31 +91,39 @@ fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32) -> u32 {
     // 1 where the owner lies in the next brick along an axis.
     let next = owner >> vec3<u32>(3u);
     let p = owner & vec3<u32>(7u);
+    let bit = 8u * axis + p.x;
+    if all(next == vec3<u32>(0u)) {
+        return own_vertex(p.y + 8u * p.z, bit, own_slot);
+    }
     let slot = slot_of_brick(brick + next.x + params.slab_extent.x * (next.y + params.slab_extent.y * next.z));
     let row = records[slot].rows[p.y + 8u * p.z];
-    let earlier = row & ((1u << (8u * axis + p.x)) - 1u);
+    let earlier = row & ((1u << bit) - 1u);
     let before = (records[slot].planes[p.z] & 0xffffu) + (row >> 24u) + countOneBits(earlier);
     return params.first_vertices[next.y + 2u * next.z] + offsets[slot].x + before;
 }
 
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(64)
 fn emit_indices(
-    @builtin(local_invocation_id) local: vec3<u32>,
     @builtin(local_invocation_index) row: u32,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let slot = slot_of(group, groups);
-    if slot >= batch_end(work.own_active) {
+    let live = slot < batch_end(work.own_active);
+    let brick = active_list[select(params.first_slot, slot, live)];
+    let origin = brick_origin(brick);
+    load_own_vertices(slot, row, live);
+    load_rows(slot, origin, row, live);
+    if !live {
         return;
     }
-    let brick = active_list[slot];
-    let origin = brick_origin(brick);
+    let y = row % 8u;
+    let z = row / 8u;
     let in_plane = (records[slot].triangles[row / 2u] >> (16u * (row & 1u))) & 0xffffu;
-    var triangle = params.first_triangle + offsets[slot].y + (records[slot].planes[local.y] >> 16u) + in_plane;
+    var triangle = params.first_triangle + offsets[slot].y + (records[slot].planes[z] >> 16u) + in_plane;
     triangle -= params.triangle_window;
-    let shape = row_shape(origin, local.x, local.y);
-    let bits = inside_rows(slot, origin, local.x, local.y);
+    let shape = row_shape(origin, y, z);
+    let bits = rows_at(slot, origin, y, z);
     for (var mixed = mixed_cells(bits, shape); mixed != 0u; mixed &= mixed - 1u) {
         let x = countTrailingZeros(mixed);
         var words = table_words(cell_case(bits, x));
@@ -141,10 +131,10 @@ fn emit_indices(
             // Drop what was used: the count first, then each triangle's three edges.
             words.x = (words.x >> 4u) | (words.y << 28u);
             words.y >>= 4u;
-            let cell = vec3<u32>(x, local.xy);
-            let a = vertex_on(words.x & 15u, cell, brick);
-            let b = vertex_on((words.x >> 4u) & 15u, cell, brick);
-            let c = vertex_on((words.x >> 8u) & 15u, cell, brick);
+            let cell = vec3<u32>(x, y, z);
+            let a = vertex_on(words.x & 15u, cell, brick, slot);
+            let b = vertex_on((words.x >> 4u) & 15u, cell, brick, slot);
+            let c = vertex_on((words.x >> 8u) & 15u, cell, brick, slot);
             words.x = (words.x >> 8u) | (words.y << 24u);
             words.y >>= 8u;
             if triangle < params.triangle_capacity {

@@ -1,68 +1,81 @@
 // scan: exclusive prefix sums of pairs of counters, the total behind the last. What is scanned, `item`, and where the
 // sums go, `put`, are those of shaders/scan/counts.wgsl or map.wgsl.
 //
-// Reduce, then scan (three dispatches): deterministic, and no workgroup waits for another. A run of
-// 64 items is summed by one invocation with no barrier; software adapters pay dearly for barriers.
+// Reduce, then scan (three dispatches): deterministic, and no workgroup waits for another. An invocation sums RUN items,
+// many on software adapters, which pay dearly for barriers, and one on GPUs (src/gpu/form.rs).
 // CPU twin: src/stage/scan/cpu.rs.
 
 @group(0) @binding(11) var<storage, read_write> partials: array<vec2<u32>>;
 
-const RUN = 64u;
+// The items of an invocation: the first, and the one behind the last.
+fn run_of(lane: Lane, group: vec3<u32>, groups: vec3<u32>) -> vec2<u32> {
+    let n = item_count();
+    let first = min(((group.y * groups.x + group.x) * GROUP + lane_of(lane)) * RUN, n);
+    return vec2<u32>(first, min(first + RUN, n));
+}
 
-@compute @workgroup_size(64)
-fn reduce(@builtin(global_invocation_id) id: vec3<u32>) {
-    let end = min((id.x + 1u) * RUN, item_count());
-    if id.x * RUN < end {
-        var sum = vec2<u32>(0u);
-        for (var i = id.x * RUN; i < end; i++) {
-            sum += item(i);
-        }
-        partials[id.x] = sum;
+fn sum_of(run: vec2<u32>) -> vec2<u32> {
+    var sum = vec2<u32>(0u);
+    for (var i = run.x; i < run.y; i++) {
+        sum += item(i);
+    }
+    return sum;
+}
+
+@compute @workgroup_size(GROUP)
+fn reduce(
+    lane: Lane,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let sum = sum_of(run_of(lane, group, groups));
+    let before = group_before(lane, sum);
+    let number = group.y * groups.x + group.x;
+    if lane_of(lane) + 1u == GROUP && number * GROUP * RUN < item_count() {
+        partials[number] = before + sum;
     }
 }
 
-var<workgroup> chunks: array<vec2<u32>, 64>;
-
-// One workgroup: every invocation sums a chunk of the partial sums, the first scans the chunks.
-@compute @workgroup_size(64)
-fn scan_partials(@builtin(local_invocation_index) lane: u32) {
-    let n = (item_count() + RUN - 1u) / RUN;
-    let chunk = (n + 63u) / 64u;
-    let first = min(lane * chunk, n);
+// One workgroup: every invocation sums a chunk of the partial sums.
+@compute @workgroup_size(GROUP)
+fn scan_partials(lane: Lane) {
+    let n = (item_count() + GROUP * RUN - 1u) / (GROUP * RUN);
+    let chunk = (n + GROUP - 1u) / GROUP;
+    let first = min(lane_of(lane) * chunk, n);
     let end = min(first + chunk, n);
     var sum = vec2<u32>(0u);
     for (var i = first; i < end; i++) {
         sum += partials[i];
     }
-    chunks[lane] = sum;
-    workgroupBarrier();
-    var before = vec2<u32>(0u);
-    for (var i = 0u; i < lane; i++) {
-        before += chunks[i];
-    }
+    var before = group_before(lane, sum);
     for (var i = first; i < end; i++) {
-        let sum_of_run = partials[i];
+        let of_group = partials[i];
         partials[i] = before;
-        before += sum_of_run;
+        before += of_group;
     }
 }
 
-@compute @workgroup_size(64)
-fn apply(@builtin(global_invocation_id) id: vec3<u32>) {
+@compute @workgroup_size(GROUP)
+fn apply(
+    lane: Lane,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let run = run_of(lane, group, groups);
+    let in_group = group_before(lane, sum_of(run));
     let n = item_count();
-    let end = min((id.x + 1u) * RUN, n);
-    if id.x * RUN < end {
-        var before = partials[id.x];
-        for (var i = id.x * RUN; i < end; i++) {
-            let own = item(i);
-            put(i, before);
-            before += own;
-        }
-        if end == n {
-            put(n, before);
-        }
-    } else if id.x == 0u {
-        // Nothing to scan: the total is still there for those who read it.
-        put(0u, vec2<u32>(0u));
+    let number = group.y * groups.x + group.x;
+    var before = in_group;
+    if number * GROUP * RUN < n {
+        before += partials[number];
+    }
+    for (var i = run.x; i < run.y; i++) {
+        let own = item(i);
+        put(i, before);
+        before += own;
+    }
+    // Where there is nothing to scan, the total is still there for those who read it.
+    if (run.y == n && run.x < n) || (n == 0u && number == 0u && lane_of(lane) == 0u) {
+        put(n, before);
     }
 }

@@ -4,8 +4,8 @@
 use isoforge::extract::Normals;
 use isoforge::field::user::UserField;
 use isoforge::field::{Field, PARAMETER_VECTORS, Sense, Wgsl, named};
-use isoforge::gpu::MESH_HEADER_BYTES;
 use isoforge::gpu::kernel::{binding, parse};
+use isoforge::gpu::{Form, MESH_HEADER_BYTES};
 use isoforge::stage::classify::BrickRecord;
 use isoforge::stage::params::{Params, Work};
 use isoforge::stage::scan::Scanned;
@@ -70,24 +70,36 @@ fn fields() -> Vec<(String, Wgsl)> {
 /// Name, source, module and analysis of every shader.
 fn all() -> Vec<(String, Module, ModuleInfo)> {
     let mut sources = vec![
-        ("scan of the map".to_string(), shaders::scan(Scanned::Map)),
-        ("scan of counts".into(), shaders::scan(Scanned::Counts)),
-        ("normals".into(), shaders::normals()),
+        ("normals".to_string(), shaders::normals()),
         ("components".into(), shaders::components()),
         ("track, volume".into(), shaders::track(true)),
         ("track, field".into(), shaders::track(false)),
         ("cull, volume".into(), shaders::cull(Samples::Volume)),
-        ("classify, volume".into(), shaders::classify(Samples::Volume)),
-        ("emit, volume".into(), shaders::emit(Samples::Volume, Normals::Exact)),
     ];
+    for form in Form::ALL {
+        sources.extend([
+            (format!("scan of the map, {form:?}"), shaders::scan(Scanned::Map, form)),
+            (format!("scan of counts, {form:?}"), shaders::scan(Scanned::Counts, form)),
+            (format!("classify, volume, {form:?}"), shaders::classify(Samples::Volume, form)),
+            (format!("emit, volume, {form:?}"), shaders::emit(Samples::Volume, Normals::Exact, form)),
+        ]);
+    }
     for (name, wgsl) in fields() {
         let samples = Samples::Field(&wgsl);
         sources.push((format!("cull, {name}"), shaders::cull(samples)));
         sources.push((format!("sample, {name}"), shaders::sample(&wgsl)));
         sources.extend(shaders::bounds(&wgsl).map(|source| (format!("bounds, {name}"), source)));
-        sources.push((format!("classify, {name}"), shaders::classify(samples)));
-        for normals in [Normals::Exact, Normals::Forward { delta: None }, Normals::Central { delta: None }] {
-            sources.push((format!("emit {normals:?}, {name}"), shaders::emit(samples, normals)));
+        for form in Form::ALL {
+            sources.push((format!("classify, {name}, {form:?}"), shaders::classify(samples, form)));
+        }
+        for (normals, form) in [
+            (Normals::Exact, Form::Serial),
+            (Normals::Exact, Form::Shared),
+            (Normals::Forward { delta: None }, Form::Serial),
+            (Normals::Central { delta: None }, Form::Shared),
+        ] {
+            sources
+                .push((format!("emit {normals:?}, {name}, {form:?}"), shaders::emit(samples, normals, form)));
         }
     }
     let parsed = sources.into_iter().map(|(name, source)| match parse(&source) {

@@ -8,6 +8,8 @@ mod common;
 mod cull;
 #[path = "stage/emit.rs"]
 mod emit;
+#[path = "stage/forms.rs"]
+mod forms;
 #[path = "stage/inputs.rs"]
 mod inputs;
 #[path = "stage/normals.rs"]

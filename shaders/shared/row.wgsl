@@ -33,25 +33,6 @@ fn row_shape(origin: vec3<u32>, y: u32, z: u32) -> RowShape {
     );
 }
 
-fn inside_row(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {
-    let row = row_start(slot, origin, y, z);
-    var bits = 0u;
-    for (var x = 0u; x < 9u; x++) {
-        bits |= u32(is_inside(row_bits(row, origin, x))) << x;
-    }
-    return bits;
-}
-
-// Inside bits of the nine points of the rows (y, z), (y+1, z), (y, z+1), (y+1, z+1).
-fn inside_rows(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> vec4<u32> {
-    return vec4<u32>(
-        inside_row(slot, origin, y, z),
-        inside_row(slot, origin, y + 1u, z),
-        inside_row(slot, origin, y, z + 1u),
-        inside_row(slot, origin, y + 1u, z + 1u),
-    );
-}
-
 // The row's crossed owned edges: +x in bits 0-7, +y in 8-15, +z in 16-23.
 fn crossed_edges(bits: vec4<u32>, shape: RowShape) -> u32 {
     let x = (bits.x ^ (bits.x >> 1u)) & shape.along_x;

@@ -14,6 +14,11 @@ fn sample_bits(slot: u32, origin: vec3<u32>, local: vec3<u32>) -> u32 {
     return volume_bits(origin + local);
 }
 
+// Bits of the brick's sample number `i`.
+fn take_sample(slot: u32, origin: vec3<u32>, i: u32) -> u32 {
+    return volume_bits(origin + vec3<u32>(i % 9u, (i / 9u) % 9u, i / 81u));
+}
+
 // Where row (y, z) of a brick begins; the last row again past the grid's end.
 fn row_start(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {
     let p = min(origin.yz + vec2<u32>(y, z), params.points.yz - vec2<u32>(1u)) - params.source_first.yz;

@@ -133,7 +133,9 @@ impl Extractor {
             let uniform = self.uniform(&params);
             let bindings = space.bindings(self, &uniform);
             let offset = 24 * u64::from(batch);
-            self.encode_sample(space, encoder, &bindings, offset, timer);
+            if !space.kernels.classify_samples {
+                self.encode_sample(space, encoder, &bindings, offset, timer);
+            }
             let mut pass = timer.pass(encoder, "classify", at::CLASSIFY);
             space.kernels.classify.encode(gpu, &mut pass, &bindings, &space.dispatches, offset);
         }

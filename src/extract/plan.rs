@@ -24,7 +24,7 @@ use std::collections::BTreeSet;
 
 /// Bytes of active list, counts, record and partial sums, an active brick.
 const SLOT_BYTES: u64 = 4 + 8 + RECORD_BYTES + 1;
-const RECORD_BYTES: u64 = size_of::<crate::stage::classify::BrickRecord>() as u64;
+pub(super) const RECORD_BYTES: u64 = size_of::<crate::stage::classify::BrickRecord>() as u64;
 /// What a slab leaves to be remembered: its counts, on the GPU and read back, and its place in the mesh.
 const SLAB_BYTES: u64 = 2 * size_of::<Work>() as u64 + 32;
 /// What a batch takes beside its samples: dispatch arguments, and the settings to count and to emit with.
@@ -128,17 +128,18 @@ impl Most {
 }
 
 impl Plan {
-    /// Halves the slabs of `grid`, from those that are as large as `most` allows, until they fit.
+    /// Halves the slabs of `grid`, from those that are as large as `most` allows, until they fit. There may be room for
+    /// fewer active bricks than `most` says: then a slab that has more must be made smaller.
     ///
     /// # Errors
     /// [`ExtractError::Budget`], [`ExtractError::Binding`] if even the least slab is too much.
     pub fn new(grid: &Grid, is_volume: bool, limits: Limits<'_>, most: Most) -> Result<Self, ExtractError> {
         let cuts = || std::iter::successors(Some(most.own.min(grid.bricks())), |&own| finer(own));
-        let allowed = |plan: &Self| {
-            plan.largest_binding(is_volume) <= limits.binding
-                && u64::from(plan.slots) <= MOST_SLOTS
-                && plan.bricks < u32::MAX
-        };
+        // What is bound and counted limits the active bricks of a slab, which are not known yet, and not all its bricks.
+        let slots = most.slots.min((limits.binding / RECORD_BYTES).clamp(1, MOST_SLOTS) as u32);
+        let most = Most { slots, ..most };
+        let allowed =
+            |plan: &Self| plan.largest_binding(is_volume) <= limits.binding && plan.bricks < u32::MAX;
         let limits_of = |budget| Limits { budget, ..limits };
         let with = |own, budget| Self::with_own(grid, is_volume, limits_of(budget), Most { own, ..most });
         // Not always the finest cut: each slab leaves something to be remembered.

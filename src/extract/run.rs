@@ -1,7 +1,7 @@
 //! One extraction on the GPU: counting slab by slab, one allocation of the whole mesh, emitting.
 
 use super::encode::Target;
-use super::plan::{self, Most, Plan, Slab};
+use super::plan::{self, Most, Plan, RECORD_BYTES, Slab};
 use super::workspace::Workspace;
 use super::{ExtractError, Extractor, Options, Report, STAGES, Source, check, stage_index as at};
 use crate::field::user::MAX_ITERATIONS;
@@ -95,6 +95,11 @@ impl Extractor {
                 // A slab's part of the mesh is more than the adapter binds: smaller slabs.
                 (Err(ExtractError::Binding { .. }), Some(finer)) => most.own = finer,
                 (Err(error), _) => return Err(error),
+                (Ok(Run::Slots(needed)), finer) if space.plan.slots < most.slots.min(space.plan.bricks) => {
+                    // More active bricks than the adapter binds records of: smaller slabs.
+                    most.own =
+                        finer.ok_or_else(|| self.unbindable(&space, u64::from(needed) * RECORD_BYTES))?;
+                }
                 (Ok(Run::Slots(needed)), _) => {
                     most.slots = needed;
                     old = Some(space);
@@ -263,6 +268,15 @@ impl Extractor {
         if work.runaway != 0 { Err(ExtractError::Runaway { limit: MAX_ITERATIONS }) } else { Ok(work) }
     }
 
+    fn unbindable(&self, space: &Workspace, needed: u64) -> ExtractError {
+        ExtractError::Binding {
+            bricks: space.plan.bricks.into(),
+            needed,
+            limit: self.gpu.device.limits().max_storage_buffer_binding_size,
+            adapter: self.gpu.info.name.clone(),
+        }
+    }
+
     /// Vertices and triangles of the whole mesh, if the adapter holds them and binds each slab's part.
     fn bindable(&self, space: &Workspace, places: &[Place]) -> Result<[u32; 2], ExtractError> {
         let total = places.last().map_or([0; 2], |p| [p.first[0] + p.count[0], p.first[1] + p.count[1]]);
@@ -271,12 +285,7 @@ impl Extractor {
             for i in 0..2 {
                 let needed = (u64::from(place.count[i]) + u64::from(Target::ALIGNED[i])) * Target::BYTES[i];
                 if needed > limits.max_storage_buffer_binding_size {
-                    return Err(ExtractError::Binding {
-                        bricks: space.plan.bricks.into(),
-                        needed,
-                        limit: limits.max_storage_buffer_binding_size,
-                        adapter: self.gpu.info.name.clone(),
-                    });
+                    return Err(self.unbindable(space, needed));
                 }
             }
         }

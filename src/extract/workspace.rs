@@ -13,7 +13,7 @@ use crate::stage::emit::Emit;
 use crate::stage::normals::Normals;
 use crate::stage::params::{Params, Work};
 use crate::stage::sample::Sample;
-use crate::stage::shaders::Samples;
+use crate::stage::shaders::{self, Samples};
 use std::sync::Arc;
 use wgpu::BufferUsages as U;
 
@@ -23,6 +23,8 @@ pub(crate) struct SourceKernels {
     pub(super) range: Range,
     pub(super) bounds: Option<Bounds>,
     pub(crate) sample: Option<Sample>,
+    /// Whether classify takes the samples itself.
+    pub(super) classify_samples: bool,
     pub(super) classify: Classify,
     pub(super) emit: Emit,
 }
@@ -33,7 +35,10 @@ impl SourceKernels {
             Samples::Volume => (None, None),
             Samples::Field(wgsl) => (Some(Sample::new(gpu, wgsl)?), Bounds::new(gpu, wgsl)?),
         };
+        let classify_samples =
+            matches!(samples, Samples::Field(wgsl) if shaders::classify_samples(wgsl, gpu.form()));
         Ok(Self {
+            classify_samples,
             range: Range::new(gpu, samples)?,
             bounds,
             sample,

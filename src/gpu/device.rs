@@ -1,5 +1,6 @@
 //! Opening an adapter, or taking the caller's device, and waiting on it without hanging.
 
+use super::Form;
 use bytemuck::Pod;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -72,6 +73,7 @@ pub struct Gpu {
     pub info: wgpu::AdapterInfo,
     /// Longest wait for one piece of work.
     pub time_limit: Duration,
+    form: Form,
     state: Arc<State>,
 }
 
@@ -115,7 +117,7 @@ fn rank(kind: wgpu::DeviceType) -> u8 {
 }
 
 impl Gpu {
-    /// Opens the adapter of `choice` with all of its limits, and timestamps where it has them.
+    /// Opens the adapter of `choice` with all of its limits, and timestamps and subgroup operations where it has them.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`], [`GpuError::NoDevice`].
@@ -136,7 +138,7 @@ impl Gpu {
     /// [`GpuError::NoDevice`].
     pub fn open_adapter(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
         let info = adapter.get_info();
-        let wanted = wgpu::Features::TIMESTAMP_QUERY;
+        let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::SUBGROUP;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("isoforge"),
             required_features: adapter.features() & wanted,
@@ -161,7 +163,19 @@ impl Gpu {
             callback.note(format!("{reason:?} {message}").trim_end().into());
             callback.lost.store(true, Ordering::SeqCst);
         });
-        Self { device, queue, info, time_limit: TIME_LIMIT, state }
+        let form = Form::best(&device, &info);
+        Self { device, queue, info, time_limit: TIME_LIMIT, form, state }
+    }
+
+    /// How workgroups share their work.
+    pub fn form(&self) -> Form {
+        self.form
+    }
+
+    /// The same device with kernels of another form, for comparing them; none if it does not have it. Extractors made of
+    /// it have that form.
+    pub fn with_form(&self, form: Form) -> Option<Self> {
+        form.works_on(&self.device, &self.info).then(|| Self { form, ..self.clone() })
     }
 
     /// Whether the adapter is software (lavapipe, SwiftShader, WARP).

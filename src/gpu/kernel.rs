@@ -103,7 +103,7 @@ pub struct Kernel {
 pub fn parse(source: &str) -> Result<(naga::Module, ModuleInfo), GpuError> {
     let module = naga::front::wgsl::parse_str(source)
         .map_err(|e| GpuError::Refused(format!("WGSL: {}", e.emit_to_string(source))))?;
-    let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
+    let info = Validator::new(ValidationFlags::all(), Capabilities::SUBGROUP)
         .validate(&module)
         .map_err(|e| GpuError::Refused(format!("WGSL: {}", e.emit_to_string(source))))?;
     Ok((module, info))
@@ -165,7 +165,11 @@ impl Kernel {
                 layout: Some(&pipeline_layout),
                 module: &module,
                 entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants,
+                    // All kernels write what they read of it.
+                    zero_initialize_workgroup_memory: false,
+                },
                 cache: None,
             });
             Self { pipeline, layout, numbers, label: entry }

@@ -1,10 +1,12 @@
 //! Adapter, device, buffers, kernels and readback: what every GPU stage stands on.
 
 mod device;
+mod form;
 pub mod kernel;
 mod mesh;
 mod timer;
 
 pub use device::{AdapterChoice, Gpu, GpuError, TIME_LIMIT, adapters};
+pub use form::Form;
 pub use mesh::{GpuMesh, MESH_HEADER_BYTES, MeshHeader, Overflow};
 pub use timer::Timer;

@@ -3,7 +3,8 @@
 
 use crate::field::Wgsl;
 use crate::field::differences::Normals;
-use crate::stage::scan::Scanned;
+use crate::gpu::Form;
+use crate::stage::scan::{Scanned, group_and_run};
 
 const PARAMS: &str = include_str!("../../shaders/shared/params.wgsl");
 const WORK: &str = include_str!("../../shaders/shared/work.wgsl");
@@ -19,6 +20,14 @@ pub const FUNCTIONS: &str = include_str!("../../shaders/shared/functions.wgsl");
 pub const NOISE: &str = include_str!("../../shaders/shared/noise.wgsl");
 const VOLUME: &str = include_str!("../../shaders/source/volume.wgsl");
 const BRICKS: &str = include_str!("../../shaders/source/bricks.wgsl");
+const EVALUATE: &str = include_str!("../../shaders/source/evaluate.wgsl");
+const GROUP_SERIAL: &str = include_str!("../../shaders/group/serial.wgsl");
+const GROUP_SHARED: &str = include_str!("../../shaders/group/shared.wgsl");
+const GROUP_SUBGROUP: &str = include_str!("../../shaders/group/subgroup.wgsl");
+const SERIAL_ROWS: &str = include_str!("../../shaders/brick/serial_rows.wgsl");
+const SHARED_ROWS: &str = include_str!("../../shaders/brick/shared_rows.wgsl");
+const SERIAL_EDGES: &str = include_str!("../../shaders/brick/serial_edges.wgsl");
+const SHARED_EDGES: &str = include_str!("../../shaders/brick/shared_edges.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
 const CENTRAL: &str = include_str!("../../shaders/source/central.wgsl");
 const FORWARD: &str = include_str!("../../shaders/source/forward.wgsl");
@@ -96,25 +105,48 @@ pub fn sample(wgsl: &Wgsl) -> String {
     link(&[PARAMS, WORK, GRID, &field_part(wgsl, &wgsl.value), SAMPLE])
 }
 
+/// Sums over workgroups of so many invocations.
+fn group(form: Form, invocations: u32) -> String {
+    let size = format!("const GROUP = {invocations}u;\n");
+    match form {
+        Form::Serial => size + GROUP_SERIAL,
+        Form::Shared => size + GROUP_SHARED,
+        // naga wants no `enable subgroups;`, and does not know it.
+        Form::Subgroup => size + GROUP_SUBGROUP,
+    }
+}
+
+/// Whether classify takes a field's samples itself: where workgroups share what they find, and where it is no matter how
+/// many samples an invocation takes.
+pub fn classify_samples(wgsl: &Wgsl, form: Form) -> bool {
+    form != Form::Serial && !wgsl.counts_loops
+}
+
 /// The classify stage.
-pub fn classify(samples: Samples<'_>) -> String {
+pub fn classify(samples: Samples<'_>, form: Form) -> String {
     let source = match samples {
-        Samples::Volume => VOLUME,
-        Samples::Field(_) => BRICKS,
+        Samples::Volume => VOLUME.into(),
+        Samples::Field(wgsl) if classify_samples(wgsl, form) => {
+            link(&[&field_part(wgsl, &wgsl.value), EVALUATE])
+        }
+        Samples::Field(_) => BRICKS.into(),
     };
-    link(&[PARAMS, WORK, INSIDE, GRID, RECORD, source, ROW, CLASSIFY])
+    let rows = if form == Form::Serial { SERIAL_ROWS } else { SHARED_ROWS };
+    link(&[&group(form, 64), PARAMS, WORK, INSIDE, GRID, RECORD, &source, ROW, rows, CLASSIFY])
 }
 
 /// The scan stage.
-pub fn scan(scanned: Scanned) -> String {
+pub fn scan(scanned: Scanned, form: Form) -> String {
+    let (invocations, run) = group_and_run(form);
+    let group = group(form, invocations) + &format!("const RUN = {run}u;\n");
     match scanned {
-        Scanned::Map => link(&[PARAMS, WORK, MAP, SCAN_MAP, SCAN]),
-        Scanned::Counts | Scanned::AllCounts => link(&[PARAMS, WORK, SCAN_COUNTS, SCAN]),
+        Scanned::Map => link(&[&group, PARAMS, WORK, MAP, SCAN_MAP, SCAN]),
+        Scanned::Counts | Scanned::AllCounts => link(&[&group, PARAMS, WORK, SCAN_COUNTS, SCAN]),
     }
 }
 
 /// The emit stage; `normals` says where a field's come from.
-pub fn emit(samples: Samples<'_>, normals: Normals) -> String {
+pub fn emit(samples: Samples<'_>, normals: Normals, form: Form) -> String {
     let source = match samples {
         Samples::Volume => link(&[VOLUME, NO_LOOPS]),
         Samples::Field(wgsl) => {
@@ -129,7 +161,12 @@ pub fn emit(samples: Samples<'_>, normals: Normals) -> String {
     // A brick has at most 1536 vertices. Where loops are counted an invocation should make few of them.
     let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
     let lanes = if counted { "const LANES = 256u;" } else { "const LANES = 64u;" };
-    link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, READ_MAP, MAP, &source, ROW, UNIT, lanes, EMIT])
+    let (rows, edges) = match form {
+        Form::Serial => (SERIAL_ROWS, SERIAL_EDGES),
+        Form::Shared | Form::Subgroup => (SHARED_ROWS, SHARED_EDGES),
+    };
+    let shared = [PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, READ_MAP, MAP, ROW, UNIT].join("\n");
+    link(&[&shared, &source, lanes, rows, edges, EMIT])
 }
 
 /// The tracker's continuation, for samples of a volume or for those that were taken of a field.

@@ -3,8 +3,8 @@
 use crate::common::{self, Random};
 use crate::inputs::check;
 use bytemuck::Zeroable;
-use isoforge::gpu::Gpu;
 use isoforge::gpu::kernel::{Bindings, binding as b};
+use isoforge::gpu::{Form, Gpu};
 use isoforge::stage::params::{Params, Work};
 use isoforge::stage::scan::cpu::scan;
 use isoforge::stage::scan::{Scan, Scanned};
@@ -54,7 +54,9 @@ fn on_gpu(gpu: &Gpu, stage: &Scan, items: &[[u32; 2]], dispatched: u32, over_bri
 #[test]
 fn by_itself_at_every_length() {
     let Some(gpu) = common::gpu() else { return };
-    for over_bricks in [false, true] {
+    let forms = Form::ALL.into_iter().filter_map(|form| gpu.with_form(form));
+    for (gpu, over_bricks) in forms.flat_map(|gpu| [(gpu.clone(), false), (gpu, true)]) {
+        let gpu = &gpu;
         let scanned = if over_bricks { Scanned::AllCounts } else { Scanned::Counts };
         let stage = Scan::new(gpu, scanned).unwrap();
         for n in [0usize, 1, 2, 63, 64, 65, 127, 128, 129, 4095, 4096, 4097, 8191, 8193, 262_145, 300_001] {

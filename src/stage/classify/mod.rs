@@ -33,7 +33,7 @@ impl Classify {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
-        Ok(Self(Kernel::new(gpu, &shaders::classify(samples), "classify", &[])?))
+        Ok(Self(Kernel::new(gpu, &shaders::classify(samples, gpu.form()), "classify", &[])?))
     }
 
     /// Classifies one workgroup a brick, as many as lie at `offset` of `dispatches`.

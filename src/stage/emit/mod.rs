@@ -32,7 +32,7 @@ impl Emit {
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
         // What makes normals is no part of these.
-        let source = shaders::emit(samples, Normals::Exact);
+        let source = shaders::emit(samples, Normals::Exact, gpu.form());
         let field = match samples {
             Samples::Volume => None,
             // The texts ask whether there is data, which may be large.
@@ -64,7 +64,7 @@ impl Emit {
             return Ok(kernel);
         }
         let samples = self.field.as_ref().map_or(Samples::Volume, Samples::Field);
-        let kernel = Kernel::new(gpu, &shaders::emit(samples, normals), "emit_vertices", &[])?;
+        let kernel = Kernel::new(gpu, &shaders::emit(samples, normals, gpu.form()), "emit_vertices", &[])?;
         Ok(self.vertices[kind].get_or_init(|| kernel))
     }
 

@@ -7,10 +7,15 @@ pub mod cpu;
 
 use super::shaders;
 use crate::gpu::kernel::{Bindings, Kernel};
-use crate::gpu::{Gpu, GpuError};
+use crate::gpu::{Form, Gpu, GpuError};
 
-/// Items that one invocation sums, and invocations a workgroup.
-pub const RUN: u32 = 64;
+/// Invocations a workgroup, and items that one sums.
+pub(super) fn group_and_run(form: Form) -> (u32, u32) {
+    match form {
+        Form::Serial => (64, 64),
+        Form::Shared | Form::Subgroup => (256, 1),
+    }
+}
 
 /// What is scanned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +34,8 @@ pub struct Scan {
     reduce: Kernel,
     scan_partials: Kernel,
     apply: Kernel,
+    /// Items of a workgroup.
+    of_group: u32,
 }
 
 impl Scan {
@@ -37,7 +44,8 @@ impl Scan {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, scanned: Scanned) -> Result<Self, GpuError> {
-        let source = shaders::scan(scanned);
+        let source = shaders::scan(scanned, gpu.form());
+        let (group, run) = group_and_run(gpu.form());
         let over_bricks = [("over_bricks", f64::from(u8::from(scanned == Scanned::AllCounts)))];
         let constants: &[_] = if scanned == Scanned::Map { &[] } else { &over_bricks };
         let kernel = |entry| Kernel::new(gpu, &source, entry, constants);
@@ -45,12 +53,13 @@ impl Scan {
             reduce: kernel("reduce")?,
             scan_partials: kernel("scan_partials")?,
             apply: kernel("apply")?,
+            of_group: group * run,
         })
     }
 
     /// Scans at most `items` items and one more for the total: words of the map, or counts.
     pub fn encode(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, bindings: &Bindings<'_>, items: u32) {
-        let groups = items.div_ceil(RUN * RUN).max(1);
+        let groups = items.div_ceil(self.of_group).max(1);
         self.reduce.dispatch(gpu, pass, bindings, groups);
         self.scan_partials.dispatch(gpu, pass, bindings, 1);
         self.apply.dispatch(gpu, pass, bindings, groups);

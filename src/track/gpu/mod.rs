@@ -82,6 +82,10 @@ impl Extractor {
                 return Err(TrackError::Slabs { bricks, adapter: self.gpu.info.name.clone() });
             }
             if let Some(slots) = self.follow(&mut space, options, &starts, &mut told)? {
+                if space.plan.slots < most.slots.min(space.plan.bricks) {
+                    let bricks = source.grid().brick_count();
+                    return Err(TrackError::Slabs { bricks, adapter: self.gpu.info.name.clone() });
+                }
                 most.slots = slots;
                 old = Some(space);
                 continue;

@@ -1,0 +1,51 @@
+//! How the invocations of a workgroup share their work.
+
+use std::fmt;
+
+/// How the invocations of a workgroup share their work. Chosen when a device is opened; all give the same bytes, which
+/// the tests check.
+///
+/// The kernels that differ are those of scan, classify and emit: `shaders/group/` and `shaders/brick/`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Form {
+    /// Each invocation for itself, with as few barriers as can be: a software adapter pays more for a barrier than for
+    /// reading twice.
+    Serial,
+    /// Through memory of the workgroup: works on every GPU.
+    Shared,
+    /// Sums by subgroup operations, the rest as [`Form::Shared`]: for GPUs that have them and whose subgroups are all of
+    /// one size, so that each is full.
+    Subgroup,
+}
+
+impl Form {
+    /// Every form.
+    pub const ALL: [Self; 3] = [Self::Serial, Self::Shared, Self::Subgroup];
+
+    /// The fastest form of a device.
+    pub(super) fn best(device: &wgpu::Device, info: &wgpu::AdapterInfo) -> Self {
+        if info.device_type == wgpu::DeviceType::Cpu {
+            Self::Serial
+        } else if Self::Subgroup.works_on(device, info) {
+            Self::Subgroup
+        } else {
+            Self::Shared
+        }
+    }
+
+    pub(super) fn works_on(self, device: &wgpu::Device, info: &wgpu::AdapterInfo) -> bool {
+        self != Self::Subgroup
+            || (device.features().contains(wgpu::Features::SUBGROUP)
+                && info.subgroup_min_size == info.subgroup_max_size)
+    }
+}
+
+impl fmt::Display for Form {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Serial => "serial (a software adapter: few barriers)",
+            Self::Shared => "through workgroup memory",
+            Self::Subgroup => "by subgroup operations",
+        })
+    }
+}
