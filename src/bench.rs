@@ -230,7 +230,7 @@ fn on_cpu(
     while goes_on(options, &times, start) {
         if let Source::Volume(volume) = source {
             // A fresh volume has no table of ranges yet.
-            let fresh = Volume::new(*volume.grid(), volume.values().to_vec()).expect("the same grid");
+            let fresh = Volume::of(*volume.grid(), volume.values().clone()).expect("the same grid");
             let source = Source::Volume(&fresh);
             times.reports.push(timed(&mut times.first, || extract_on_cpu(&source, settings, &|_| {}))?.1);
             timed(&mut times.again, || extract_on_cpu(&source, settings, &|_| {}))?;

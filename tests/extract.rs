@@ -11,6 +11,8 @@ mod differences;
 mod fail;
 #[path = "extract/singular.rs"]
 mod singular;
+#[path = "extract/typed.rs"]
+mod typed;
 #[path = "extract/user.rs"]
 mod user;
 #[path = "extract/workspace.rs"]

@@ -39,7 +39,7 @@ impl<'a> Reference<'a> {
     fn sample(&self, at: [i64; 3]) -> f64 {
         let n = self.volume.grid().points().to_array().map(i64::from);
         let [x, y, z] = [0, 1, 2].map(|k| at[k].clamp(0, n[k] - 1));
-        f64::from(self.volume.values()[(x + n[0] * (y + n[1] * z)) as usize])
+        f64::from(self.volume.values().get((x + n[0] * (y + n[1] * z)) as usize))
     }
 
     fn place(&self, p: DVec3) -> DVec3 {
@@ -186,7 +186,7 @@ fn borders() {
     assert_eq!(found[0], [-7.5; 4]);
     assert!(found[1..].iter().all(|v| *v == [0.0; 4]), "{found:?}");
     let found = evaluated(&*VolumeLeaf::new(volume.clone(), Lookup::default()).unwrap(), &at);
-    assert_eq!(found[0][..2], [volume.values()[0], volume.values()[215]]);
+    assert_eq!(found[0][..2], [volume.values().get(0), volume.values().get(215)]);
     assert!(found[1..].iter().all(|v| v[..2] == [0.0; 2]), "{found:?}");
 }
 

@@ -44,7 +44,7 @@ pub fn extract_on_cpu(
     let params = job.params;
     let mut clock = Clock::start();
     let bricks = params.slab_bricks as usize;
-    let volume_bytes = if let Source::Volume(volume) = source { 4 * volume.values().len() } else { 0 };
+    let volume_bytes = if let Source::Volume(volume) = source { volume.bytes() as usize } else { 0 };
     job.held_bytes = volume_bytes + bricks * (8 + 8 + 4);
     job.budget("the table of the grid's bricks", 0)?;
 
@@ -150,7 +150,7 @@ impl<'a> Job<'a> {
             let mut record = BrickRecord::zeroed();
             let count = classify(&MARCHING_CUBES, self.inside, &samples, &mut record);
             if matches!(self.source, Source::Field(..)) {
-                kept.non_finite += owned_non_finite(&samples);
+                kept.non_finite += samples.owned_non_finite();
             }
             if count != [0; 2] {
                 kept.bricks.push(brick);
@@ -248,7 +248,7 @@ impl<'a> Job<'a> {
         let (params, brick) = (&self.params, bricks[0]);
         match self.source {
             Source::Volume(volume) => {
-                Ok(Samples::of_volume(volume.values(), params.points, params.brick_origin(brick)))
+                Ok(Samples::of_source(volume.values(), params, params.brick_origin(brick)))
             }
             Source::Field(whole, _) => {
                 let field = self.fields.field_in(params, brick, whole);
@@ -331,13 +331,6 @@ impl<'a> Progress<'a> {
         let done = self.done.fetch_add(count, Ordering::Relaxed) + count;
         (self.tell)(done as f64 / self.all as f64);
     }
-}
-
-/// NaN and infinite samples at the brick's own points.
-fn owned_non_finite(samples: &Samples<'_>) -> u64 {
-    let [nx, ny, nz] = samples.extent.map(|n| n.min(8));
-    let rows = (0..nz).flat_map(|z| (0..ny).map(move |y| (y, z)));
-    rows.map(|(y, z)| samples.row(y, z)[..nx].iter().filter(|v| !v.is_finite()).count() as u64).sum()
 }
 
 /// A run of slots and the part of the mesh that is theirs.

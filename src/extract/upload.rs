@@ -16,6 +16,8 @@ impl Extractor {
         let row_bytes = 4 * slab.points.x as usize;
         let rows = slab.points.y as usize * slab.points.z as usize;
         let rows_a_piece = (UPLOAD_BYTES as usize / row_bytes).max(1);
+        // The shaders read f32.
+        let mut numbers = vec![0.0; slab.points.x as usize];
         let mut before = None;
         for first in (0..rows).step_by(rows_a_piece) {
             let rows = first..rows.min(first + rows_a_piece);
@@ -25,9 +27,13 @@ impl Extractor {
                 let at = (row_bytes * first) as u64;
                 let mut view = gpu.queue.write_buffer_with(&space.source, at, size)?;
                 for (i, row) in rows.enumerate() {
-                    let samples = &volume.values()[row_of_box(&space.grid, slab, row)];
+                    volume
+                        .values()
+                        .as_slice()
+                        .range(row_of_box(&space.grid, slab, row))
+                        .write_f32(&mut numbers);
                     view.slice(row_bytes * i..row_bytes * (i + 1))
-                        .copy_from_slice(bytemuck::cast_slice(samples));
+                        .copy_from_slice(bytemuck::cast_slice(&numbers));
                 }
                 drop(view);
                 Some(gpu.queue.submit([]))

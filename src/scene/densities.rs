@@ -177,7 +177,7 @@ fn volume(node: &Node<'_, '_>) -> Found<Made> {
     let raw = if volume::is_raw_ending(&path) { Some(raw_layout(node)?) } else { None };
     let options = volume::OpenOptions { raw, max_bytes: node.files.left() };
     let opened = volume::open(&path, &options).map_err(|error| file.fault(error))?;
-    node.files.took(4 * opened.volume.values().len() as u64, opened.notes);
+    node.files.took(opened.volume.bytes(), opened.notes);
     let leaf = node.check(VolumeLeaf::new(Arc::new(opened.volume), lookup))?;
     with_iso(node, leaf.expr())
 }

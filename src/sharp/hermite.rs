@@ -176,10 +176,7 @@ pub fn brick_data(scene: &Scene<'_>, brick: u32, sampler: &mut Sampler) -> Resul
             }
         }
     }
-    let [nx, ny, nz] = samples.extent.map(|n| n.min(8));
-    for (y, z) in (0..nz).flat_map(|z| (0..ny).map(move |y| (y, z))) {
-        data.non_finite += samples.row(y, z)[..nx].iter().filter(|v| !v.is_finite()).count() as u64;
-    }
+    data.non_finite = samples.owned_non_finite();
     let surface = surface.of(here);
     refine(&surface, frame, &mut data.crossings, &ends)?;
     Ok(data)

@@ -4,6 +4,7 @@
 //! is outside, and so are NaN and both infinities.
 
 use crate::field::Sense;
+use crate::volume::Sample;
 use wide::f32x8;
 
 /// A number that orders as the float with these bits does; −0 is +0.
@@ -42,20 +43,24 @@ impl Inside {
 
     /// Bit `i` tells whether `row[i]` is inside; at most 16 samples.
     #[inline(always)]
-    pub fn row(self, row: &[f32]) -> u32 {
+    pub fn row<T: Sample>(self, row: &[T]) -> u32 {
         let Some((eight, rest)) = row.split_first_chunk() else { return self.each(row) };
         self.eight(eight) | self.each(rest) << 8
     }
 
     #[inline(always)]
-    fn eight(self, values: &[f32; 8]) -> u32 {
-        let values = f32x8::new(*values);
+    fn eight<T: Sample>(self, samples: &[T; 8]) -> u32 {
+        let mut values = [0.0; 8];
+        for i in 0..8 {
+            values[i] = samples[i].to_f32();
+        }
+        let values = f32x8::new(values);
         (values.simd_ge(f32x8::splat(self.low)) & values.simd_le(f32x8::splat(self.high))).to_bitmask()
     }
 
     #[inline(always)]
-    fn each(self, row: &[f32]) -> u32 {
-        row.iter().enumerate().fold(0, |bits, (i, &value)| bits | u32::from(self.test(value)) << i)
+    fn each<T: Sample>(self, row: &[T]) -> u32 {
+        row.iter().enumerate().fold(0, |bits, (i, sample)| bits | u32::from(self.test(sample.to_f32())) << i)
     }
 }
 

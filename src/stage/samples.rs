@@ -1,13 +1,17 @@
 //! The samples of one brick on the CPU, wherever they lie; the twin of `shaders/source/*.wgsl`.
 
 use crate::grid::SAMPLES_PER_BRICK;
+use crate::stage::inside::Inside;
+use crate::stage::params::Params;
+use crate::volume::values::each_type;
+use crate::volume::{Sample, Slice, Values};
 use glam::UVec3;
 
-/// A view of the (at most) 9³ samples of a brick. At the grid's end there are fewer: rows past it do
-/// not exist, and no stage asks for them.
+/// A view of the (at most) 9³ samples of a brick, in a volume's own type. At the grid's end there are fewer: rows past it
+/// do not exist, and no stage asks for them.
 #[derive(Debug, Clone, Copy)]
 pub struct Samples<'a> {
-    data: &'a [f32],
+    data: Slice<'a>,
     row_pitch: usize,
     plane_pitch: usize,
     /// Samples along x, y, z: 1 to 9.
@@ -17,11 +21,28 @@ pub struct Samples<'a> {
 impl<'a> Samples<'a> {
     /// The brick at `origin`, straight from the values of a volume with `points` points.
     #[inline(always)]
-    pub fn of_volume(values: &'a [f32], points: [u32; 3], origin: UVec3) -> Self {
-        let [nx, ny, _] = points.map(|n| n as usize);
-        let [x, y, z] = origin.to_array().map(|n| n as usize);
+    pub fn of_volume(values: &'a Values, points: [u32; 3], origin: UVec3) -> Self {
+        Self::of_box(values, [0; 3], points, points, origin)
+    }
+
+    /// The brick at `origin`, from those of a volume's values that a run works on: the box that `params` names.
+    #[inline(always)]
+    pub fn of_source(values: &'a Values, params: &Params, origin: UVec3) -> Self {
+        Self::of_box(values, params.source_first, params.source_extent, params.points, origin)
+    }
+
+    #[inline(always)]
+    fn of_box(
+        values: &'a Values,
+        first: [u32; 3],
+        extent_of_box: [u32; 3],
+        points: [u32; 3],
+        origin: UVec3,
+    ) -> Self {
+        let [nx, ny, _] = extent_of_box.map(|n| n as usize);
+        let [x, y, z] = (origin - UVec3::from(first)).to_array().map(|n| n as usize);
         Self {
-            data: &values[x + nx * (y + ny * z)..],
+            data: values.as_slice().range(x + nx * (y + ny * z)..values.len()),
             row_pitch: nx,
             plane_pitch: nx * ny,
             extent: extent(points, origin),
@@ -31,7 +52,7 @@ impl<'a> Samples<'a> {
     /// The brick at `origin` as the sample stage wrote it: 9³ values, x fastest.
     #[inline(always)]
     pub fn of_brick(values: &'a [f32; SAMPLES_PER_BRICK], points: [u32; 3], origin: UVec3) -> Self {
-        Self { data: values, row_pitch: 9, plane_pitch: 81, extent: extent(points, origin) }
+        Self { data: Slice::F32(values), row_pitch: 9, plane_pitch: 81, extent: extent(points, origin) }
     }
 
     /// The brick at `origin`, whose samples begin where `values` do, in a row of bricks that are sampled together at so
@@ -39,20 +60,41 @@ impl<'a> Samples<'a> {
     #[inline(always)]
     pub fn of_row(values: &'a [f32], sampled: [usize; 3], points: [u32; 3], origin: UVec3) -> Self {
         let [nx, ny, _] = sampled;
-        Self { data: values, row_pitch: nx, plane_pitch: nx * ny, extent: extent(points, origin) }
+        Self { data: Slice::F32(values), row_pitch: nx, plane_pitch: nx * ny, extent: extent(points, origin) }
     }
 
-    /// The samples of row (y, z).
+    /// Tells for each sample of row (y, z) whether it is inside, a bit each.
     #[inline(always)]
-    pub fn row(&self, y: usize, z: usize) -> &'a [f32] {
+    pub fn row_inside(&self, inside: Inside, y: usize, z: usize) -> u32 {
+        each_type!(Slice, self.data, data => inside.row(self.row_of(data, y, z)))
+    }
+
+    /// The samples from the brick's first on, to be asked for rows by [`row_of`](Self::row_of).
+    #[inline(always)]
+    pub(crate) fn data(&self) -> Slice<'a> {
+        self.data
+    }
+
+    /// The samples of row (y, z) in what [`data`](Self::data) gave.
+    #[inline(always)]
+    pub(crate) fn row_of<'d, T: Sample>(&self, data: &'d [T], y: usize, z: usize) -> &'d [T] {
         let start = y * self.row_pitch + z * self.plane_pitch;
-        &self.data[start..start + self.extent[0]]
+        &data[start..start + self.extent[0]]
+    }
+
+    /// How many samples of the brick's own points, those of the first eight along each axis, are NaN or infinite.
+    pub fn owned_non_finite(&self) -> u64 {
+        let Slice::F32(data) = self.data else { return 0 };
+        let [nx, ny, nz] = self.extent.map(|n| n.min(8));
+        let rows = (0..nz).flat_map(|z| (0..ny).map(move |y| (y, z)));
+        rows.map(|(y, z)| self.row_of(data, y, z)[..nx].iter().filter(|v| !v.is_finite()).count() as u64)
+            .sum()
     }
 
     /// The sample at (x, y, z).
     #[inline(always)]
     pub fn at(&self, x: usize, y: usize, z: usize) -> f32 {
-        self.data[x + y * self.row_pitch + z * self.plane_pitch]
+        self.data.get(x + y * self.row_pitch + z * self.plane_pitch)
     }
 }
 

@@ -42,7 +42,7 @@ pub fn track(
     let mut job = Job::new(source, options)?;
     let mut clock = Clock::start();
     if let Source::Volume(volume) = source {
-        job.held_bytes = 4 * volume.values().len();
+        job.held_bytes = volume.bytes() as usize;
     }
     let (starts, mut told) = starts(&job, seeds, options.memory_budget)?;
     progress(0.1);
@@ -128,7 +128,7 @@ fn are_inside(
             each.for_each(|(bits, points)| {
                 for (bit, point) in bits.iter_mut().zip(points) {
                     let [x, y, z] = point.to_array().map(|n| n as usize);
-                    *bit = inside.test(volume.values()[x + nx * (y + ny * z)]);
+                    *bit = inside.test(volume.values().get(x + nx * (y + ny * z)));
                 }
             });
         }
@@ -227,7 +227,7 @@ pub(super) fn spread(
     let mut rows = [0u32; 81];
     for z in 0..nz {
         for y in 0..ny {
-            rows[y + 9 * z] = inside.row(samples.row(y, z));
+            rows[y + 9 * z] = samples.row_inside(inside, y, z);
         }
     }
     let [bx, by, _] = params.slab_extent;

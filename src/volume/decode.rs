@@ -1,6 +1,7 @@
-//! Bytes of a file to `f32` values: the one place where every format's numbers are converted.
+//! Bytes of a file to values in memory: the one place where every format's numbers are converted.
 
 use super::error::OpenError;
+use super::values::{Sample, Values, each_type};
 use rayon::prelude::*;
 use std::fmt;
 use std::io::{self, Read};
@@ -138,15 +139,42 @@ pub(super) struct Coding {
     pub endian: Endian,
     pub slope: f64,
     pub intercept: f64,
+    /// Whether the values are text: of any range, and with fractions, whatever the type says.
+    pub text: bool,
 }
 
 impl Coding {
     pub fn plain(scalar: Scalar, endian: Endian) -> Self {
-        Self { scalar, endian, slope: 1.0, intercept: 0.0 }
+        Self::scaled(scalar, endian, 1.0, 0.0)
+    }
+
+    pub fn scaled(scalar: Scalar, endian: Endian, slope: f64, intercept: f64) -> Self {
+        Self { scalar, endian, slope, intercept, text: false }
     }
 
     fn is_plain(&self) -> bool {
         self.slope == 1.0 && self.intercept == 0.0
+    }
+
+    /// The type that such values are kept in.
+    pub fn kept(&self) -> Scalar {
+        match self.scalar {
+            Scalar::U8 | Scalar::I8 | Scalar::U16 | Scalar::I16 if self.is_plain() && !self.text => {
+                self.scalar
+            }
+            _ => Scalar::F32,
+        }
+    }
+
+    /// No values yet, of the type that such values are kept in.
+    pub fn none(&self) -> Values {
+        match self.kept() {
+            Scalar::U8 => Values::U8(Vec::new()),
+            Scalar::I8 => Values::I8(Vec::new()),
+            Scalar::U16 => Values::U16(Vec::new()),
+            Scalar::I16 => Values::I16(Vec::new()),
+            _ => Values::F32(Vec::new()),
+        }
     }
 }
 
@@ -214,9 +242,9 @@ fn convert<const N: usize>(
 }
 
 /// Decodes `out.len()` values from the start of `bytes`, which must hold that many.
-pub(super) fn decode(bytes: &[u8], coding: &Coding, out: &mut [f32]) -> Loss {
+fn decode(bytes: &[u8], coding: &Coding, out: &mut [f32]) -> Loss {
     debug_assert!(bytes.len() >= out.len() * coding.scalar.size());
-    let Coding { scalar, endian, slope, intercept } = *coding;
+    let Coding { scalar, endian, slope, intercept, .. } = *coding;
     macro_rules! with {
         ($t:ty) => {
             match endian {
@@ -239,13 +267,38 @@ pub(super) fn decode(bytes: &[u8], coding: &Coding, out: &mut [f32]) -> Loss {
     }
 }
 
+/// Copies values that are kept in their own type, turning their bytes round where they are not this machine's.
+fn copy<T: Sample>(bytes: &[u8], endian: Endian, out: &mut [T]) {
+    let out: &mut [u8] = bytemuck::cast_slice_mut(out);
+    out.copy_from_slice(&bytes[..out.len()]);
+    if endian != Endian::NATIVE && size_of::<T>() > 1 {
+        out.par_chunks_mut(TASK)
+            .for_each(|out| out.chunks_exact_mut(size_of::<T>()).for_each(<[u8]>::reverse));
+    }
+}
+
+/// Decodes `count` values from the start of `bytes`, which must hold that many, behind `values`, which must be of the
+/// coding's type and have the room.
+pub(super) fn append(bytes: &[u8], coding: &Coding, values: &mut Values, count: usize) -> Loss {
+    fn end<T: Sample>(samples: &mut Vec<T>, count: usize) -> &mut [T] {
+        let start = samples.len();
+        samples.resize(start + count, T::zeroed());
+        &mut samples[start..]
+    }
+    match values {
+        Values::F32(values) => return decode(bytes, coding, end(values, count)),
+        Values::U8(values) => copy(bytes, coding.endian, end(values, count)),
+        Values::I8(values) => copy(bytes, coding.endian, end(values, count)),
+        Values::U16(values) => copy(bytes, coding.endian, end(values, count)),
+        Values::I16(values) => copy(bytes, coding.endian, end(values, count)),
+    }
+    Loss::default()
+}
+
 /// Grows `values` by `more`, or says that memory is short.
-pub(super) fn grow(file: &Path, dims: [u64; 3], values: &mut Vec<f32>, more: usize) -> Result<(), OpenError> {
-    values.try_reserve(more).map_err(|_| OpenError::TooLarge {
-        file: file.to_owned(),
-        dims,
-        limit: "there is not enough memory for the values".to_owned(),
-    })
+pub(super) fn grow(file: &Path, dims: [u64; 3], values: &mut Values, more: usize) -> Result<(), OpenError> {
+    each_type!(Values, values, samples => samples.try_reserve(more))
+        .map_err(|_| OpenError::no_memory(file, dims))
 }
 
 /// Reads `dims` values from `reader` through a bounded buffer.
@@ -258,10 +311,10 @@ pub(super) fn read_values(
     dims: [u64; 3],
     coding: &Coding,
     reserve: u64,
-) -> Result<(Vec<f32>, Loss), OpenError> {
+) -> Result<(Values, Loss), OpenError> {
     let count = dims[0] * dims[1] * dims[2];
     let size = coding.scalar.size();
-    let mut values = Vec::new();
+    let mut values = coding.none();
     grow(file, dims, &mut values, usize::try_from(reserve.min(count)).unwrap_or(usize::MAX))?;
     let mut buffer = vec![0_u8; (count * size as u64).min(8 << 20) as usize];
     let mut loss = Loss::default();
@@ -283,11 +336,9 @@ pub(super) fn read_values(
                 have: format!("there are only {have}"),
             });
         }
-        let start = values.len();
         let more = got / size;
         grow(file, dims, &mut values, more)?;
-        values.resize(start + more, 0.0);
-        loss = loss.plus(decode(&buffer[..got], coding, &mut values[start..]));
+        loss = loss.plus(append(&buffer[..got], coding, &mut values, more));
     }
     Ok((values, loss))
 }

@@ -130,6 +130,11 @@ impl OpenError {
         Self::Corrupt { file: file.to_owned(), what: what.into() }
     }
 
+    pub(super) fn no_memory(file: &Path, dims: [u64; 3]) -> Self {
+        let limit = "there is not enough memory for the values".to_owned();
+        Self::TooLarge { file: file.to_owned(), dims, limit }
+    }
+
     /// Sorts an error met while reading contents: damage is told apart from the disk's failures.
     pub(super) fn reading(file: &Path, source: io::Error) -> Self {
         match source.kind() {

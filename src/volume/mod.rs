@@ -1,8 +1,8 @@
 //! Sampled volumes: values on a grid, read from files.
 //!
-//! [`open`] reads NIfTI-1, TIFF stacks, NRRD and raw files. Values become `f32`; world units,
-//! orientation and axis order are those of the file (nothing is flipped between anatomical
-//! conventions). A sample's world position is its centre.
+//! [`open`] reads NIfTI-1, TIFF stacks, NRRD and raw files. Samples of 8 and 16 bits keep their type in memory, others
+//! become `f32` ([`Values`]); world units, orientation and axis order are those of the file (nothing is flipped between
+//! anatomical conventions). A sample's world position is its centre.
 
 mod decode;
 mod error;
@@ -11,13 +11,14 @@ mod nrrd;
 mod raw;
 mod source;
 mod tiff;
+pub(crate) mod values;
 
 pub use decode::{Endian, ParseEndianError, ParseScalarError, Scalar};
 pub use error::OpenError;
 pub use raw::RawLayout;
+pub use values::{Sample, Slice, Values};
 
 use crate::grid::Grid;
-use rayon::prelude::*;
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -28,7 +29,7 @@ pub const ENDINGS: &[&str] = &[".nii", ".nii.gz", ".tif", ".tiff", ".nrrd", ".nh
 #[derive(Debug, Clone)]
 pub struct Volume {
     grid: Grid,
-    values: Vec<f32>,
+    values: Values,
     ranges: OnceLock<BrickRanges>,
 }
 
@@ -51,6 +52,15 @@ impl Volume {
     /// # Errors
     /// [`VolumeSizeError`] if there is not exactly one value a point.
     pub fn new(grid: Grid, values: Vec<f32>) -> Result<Self, VolumeSizeError> {
+        Self::of(grid, values.into())
+    }
+
+    /// A volume of samples in a type of their own, one a point of `grid`, x fastest. The mesh is that of the same
+    /// numbers as `f32`.
+    ///
+    /// # Errors
+    /// [`VolumeSizeError`] if there is not exactly one sample a point.
+    pub fn of(grid: Grid, values: Values) -> Result<Self, VolumeSizeError> {
         if values.len() as u64 != grid.point_count() {
             return Err(VolumeSizeError { values: values.len(), points: grid.point_count() });
         }
@@ -63,49 +73,37 @@ impl Volume {
     }
 
     /// The values, x fastest, then y, then z.
-    pub fn values(&self) -> &[f32] {
+    pub fn values(&self) -> &Values {
         &self.values
     }
 
+    /// Bytes that the values take in memory.
+    pub fn bytes(&self) -> u64 {
+        self.values.bytes().len() as u64
+    }
+
     /// The table that the CPU's cull stage reads, built by `build` on the first call.
-    pub(crate) fn ranges(&self, build: impl FnOnce(&[f32]) -> BrickRanges) -> &BrickRanges {
+    pub(crate) fn ranges(&self, build: impl FnOnce(&Values) -> BrickRanges) -> &BrickRanges {
         self.ranges.get_or_init(|| build(&self.values))
     }
 
     /// The lowest and the highest finite value; `None` if no value is finite.
     pub fn finite_range(&self) -> Option<(f32, f32)> {
-        let (lo, hi) = self
-            .values
-            .par_chunks(CHUNK)
-            .map(|chunk| {
-                chunk
-                    .iter()
-                    .filter(|v| v.is_finite())
-                    .fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
-            })
-            .reduce(|| (f32::INFINITY, f32::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
-        (lo <= hi).then_some((lo, hi))
+        self.values.finite_range()
     }
 
     /// How many values are NaN or infinite.
     pub fn non_finite_count(&self) -> u64 {
-        self.values
-            .par_chunks(CHUNK)
-            .map(|chunk| chunk.iter().filter(|v| !v.is_finite()).count() as u64)
-            .sum()
+        self.values.non_finite_count()
     }
 }
-
-/// Values that one task looks at.
-const CHUNK: usize = 1 << 16;
 
 /// How to open a file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct OpenOptions {
     /// The layout of a `.raw` or `.bin` file; other formats say it themselves and ignore this.
     pub raw: Option<RawLayout>,
-    /// Refuse a volume whose values take more than this many bytes as `f32` (4 each); `None` for
-    /// no limit.
+    /// Refuse a volume whose values take more than this many bytes in memory; `None` for no limit.
     pub max_bytes: Option<u64>,
 }
 
@@ -154,8 +152,8 @@ pub fn is_volume_ending(path: &Path) -> bool {
 
 /// Reads a volume; the format is told by the file's ending (one of [`ENDINGS`], in either case).
 ///
-/// Values are scaled as the file says, worked out in `f64` and rounded to `f32`. Memory is taken
-/// for what the file holds, never for what a header merely promises.
+/// Values of 8 and 16 bits that the file does not scale keep their type. Others are scaled as the file says, worked out
+/// in `f64`, and rounded to `f32`. Memory is taken for what the file holds, never for what a header merely promises.
 ///
 /// # Errors
 /// [`OpenError`] for a file that can't be read, is cut short or damaged, contradicts itself, uses
@@ -171,7 +169,7 @@ pub fn open(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
 }
 
 /// Puts a reader's results together.
-fn opened(path: &Path, grid: Grid, values: Vec<f32>, notes: Vec<String>) -> Result<Opened, OpenError> {
-    let volume = Volume::new(grid, values).map_err(|e| OpenError::corrupt(path, e.to_string()))?;
+fn opened(path: &Path, grid: Grid, values: Values, notes: Vec<String>) -> Result<Opened, OpenError> {
+    let volume = Volume::of(grid, values).map_err(|e| OpenError::corrupt(path, e.to_string()))?;
     Ok(Opened { volume, notes })
 }

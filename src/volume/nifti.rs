@@ -32,9 +32,10 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
         ));
     }
     let place = placement(&header, &mut notes);
-    let (grid, need) = layout(path, dims, scalar.size(), &place, options)?;
-
     let offset = offset(path, &header, &mut notes)?;
+    let coding = coding(&header, scalar, endian, &mut notes);
+    let (grid, need) = layout(path, dims, &coding, &place, options)?;
+
     if most.saturating_sub(offset) < need {
         let have = match gzip {
             true => format!("the {len} bytes of compressed file unpack to at most {most}"),
@@ -43,7 +44,6 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
         return Err(OpenError::Truncated { file: path.to_owned(), need, have });
     }
     skip(path, &mut stream, offset - HEADER as u64, "extensions before the values")?;
-    let coding = coding(&header, scalar, endian, &mut notes);
     let reserve = reserve(len, gzip, scalar.size());
     let (values, loss) = read_values(path, &mut stream, dims, &coding, reserve)?;
     loss.notes(&coding, &mut notes);
@@ -183,7 +183,7 @@ fn coding(header: &NiftiHeader, scalar: Scalar, endian: Endian, notes: &mut Vec<
         notes.push(format!("scl_inter is {intercept}; 0 is used"));
         intercept = 0.0;
     }
-    Coding { scalar, endian, slope, intercept }
+    Coding::scaled(scalar, endian, slope, intercept)
 }
 
 /// The affine: sform, else qform, else the voxel sizes alone.

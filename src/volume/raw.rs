@@ -43,7 +43,8 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
         remedy: "Give finite numbers and a spacing that is not zero",
     };
     let dims = raw.dims.map(u64::from);
-    let (grid, need) = layout(path, dims, raw.scalar.size(), &place, options)?;
+    let coding = Coding::plain(raw.scalar, raw.endian);
+    let (grid, need) = layout(path, dims, &coding, &place, options)?;
     source.must_hold(need, raw.skip_bytes, false)?;
     let rest = source.len - raw.skip_bytes - need;
     let mut notes = Vec::new();
@@ -65,7 +66,6 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
     if rest > 0 {
         notes.push(format!("the file holds {} volumes of this size; the first is read", rest / need + 1));
     }
-    let coding = Coding::plain(raw.scalar, raw.endian);
     let reserve = reserve(source.len, false, raw.scalar.size());
     let mut stream = source.into_stream(false);
     skip(path, &mut stream, raw.skip_bytes, "header that are skipped")?;

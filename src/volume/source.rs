@@ -1,7 +1,7 @@
 //! What the readers share: opening files, gzip, checked sizes and grids.
 
 use super::OpenOptions;
-use super::decode::fill;
+use super::decode::{Coding, fill};
 use super::error::OpenError;
 use crate::grid::{Grid, GridError};
 use flate2::bufread::MultiGzDecoder;
@@ -121,12 +121,11 @@ pub(super) struct Placement {
     pub remedy: &'static str,
 }
 
-/// The grid of `dims` samples and its number of bytes at `size` bytes a value; every size check
-/// that needs no look at the data.
+/// The grid of `dims` samples and the bytes that they take in the file; every size check that needs no look at the data.
 pub(super) fn layout(
     file: &Path,
     dims: [u64; 3],
-    size: usize,
+    coding: &Coding,
     place: &Placement,
     options: &OpenOptions,
 ) -> Result<(Grid, u64), OpenError> {
@@ -139,8 +138,10 @@ pub(super) fn layout(
     let Some(points) = points.filter(|n| *n <= 1 << 50) else {
         return Err(too_large("that is more than 2^50 samples".to_owned()));
     };
-    if let Some(most) = options.max_bytes.filter(|most| points * 4 > *most) {
-        return Err(too_large(format!("as f32 they take {} bytes and the limit is {most}", points * 4)));
+    let kept = coding.kept();
+    let bytes = points * kept.size() as u64;
+    if let Some(most) = options.max_bytes.filter(|most| bytes > *most) {
+        return Err(too_large(format!("as {kept} they take {bytes} bytes and the limit is {most}")));
     }
     let mut cells = [0; 3];
     for (cells, n) in cells.iter_mut().zip(dims) {
@@ -159,5 +160,5 @@ pub(super) fn layout(
         source,
     };
     let grid = Grid::new(cells, place.origin.as_vec3(), place.step.as_mat3()).map_err(refused)?;
-    Ok((grid, points * size as u64))
+    Ok((grid, points * coding.scalar.size() as u64))
 }

@@ -16,7 +16,7 @@ type Edge = ([u32; 3], usize);
 
 fn value(volume: &Volume, [x, y, z]: [u32; 3]) -> f32 {
     let n = volume.grid().points();
-    volume.values()[x as usize + n.x as usize * (y as usize + n.y as usize * z as usize)]
+    volume.values().get(x as usize + n.x as usize * (y as usize + n.y as usize * z as usize))
 }
 
 fn is_inside(value: f32, iso: f32, sense: Sense) -> bool {
@@ -153,7 +153,7 @@ fn a_grid_in_space_is_the_plain_one_moved() {
     for (kind, step) in steps() {
         let origin = Vec3::new(3.0, -7.0, 0.25);
         let grid = Grid::new(cells, origin, step).unwrap();
-        let volume = Volume::new(grid, plain.values().to_vec()).unwrap();
+        let volume = Volume::new(grid, plain.values().to_f32()).unwrap();
         for mesh in meshes(&Source::Volume(&volume), &Options::new(0.0)) {
             for (vertex, moved) in base.vertices.iter().zip(&mesh.vertices) {
                 let expected = origin.as_dvec3() + step.as_dmat3() * vertex.at().as_dvec3();

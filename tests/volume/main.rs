@@ -94,7 +94,15 @@ pub fn refusal(name: &str, bytes: &[u8]) -> String {
 #[track_caller]
 pub fn assert_values(opened: &Opened, expected: &[f64]) {
     let expected: Vec<f32> = expected.iter().map(|v| *v as f32).collect();
-    assert_eq!(opened.volume.values(), expected);
+    let values = opened.volume.values();
+    assert_eq!(values.to_f32(), expected);
+    assert!(values.iter().eq(expected.iter().copied()) && values.len() == expected.len());
+    assert_eq!(values.bytes().len(), values.len() * values.scalar().size());
+}
+
+/// The type that a file's samples have in memory, if the file does not scale them.
+pub fn kept(scalar: Scalar) -> Scalar {
+    if scalar.size() < 4 { scalar } else { Scalar::F32 }
 }
 
 #[track_caller]

@@ -90,6 +90,7 @@ fn every_type_in_either_order_plain_and_packed() {
                 let opened = open_bytes(name, &bytes).unwrap();
                 assert_eq!(opened.volume.grid().points().to_array(), [5, 4, 3]);
                 assert_values(&opened, &values(scalar));
+                assert_eq!(opened.volume.values().scalar(), kept(scalar));
                 assert_plain_grid(&opened, [0.0; 3], [0.5, 2.0, 3.0]);
                 assert_eq!(opened.notes, [""; 0]);
             }
@@ -146,7 +147,7 @@ fn scaling_is_applied_unless_the_slope_says_none() {
         assert_values(&read(none), &values(Scalar::U8));
     }
     let odd = read([2.0, f32::NAN]);
-    assert_eq!(odd.volume.values()[0], 0.0);
+    assert_eq!(odd.volume.values().get(0), 0.0);
     assert!(odd.notes[0].contains("scl_inter"), "{:?}", odd.notes);
 }
 
@@ -158,7 +159,7 @@ fn scaling_is_worked_out_in_double_precision() {
     let data = encode(&stored, Scalar::I32, Endian::Little);
     let file = Nifti { data, scaling: [1.0, -1.0e8], ..Nifti::new(Scalar::I32, Endian::Little) };
     let opened = open_bytes("a.nii", &file.bytes()).unwrap();
-    assert_eq!(opened.volume.values()[0], 1.0);
+    assert_eq!(opened.volume.values().get(0), 1.0);
 }
 
 #[test]

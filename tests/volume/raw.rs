@@ -27,6 +27,7 @@ fn every_type_in_either_order() {
             };
             let opened = open_raw(&bytes, raw).unwrap();
             assert_values(&opened, &expected);
+            assert_eq!(opened.volume.values().scalar(), kept(scalar));
             assert_plain_grid(&opened, [-1.0, 0.0, 7.0], [1.0, 2.0, 0.5]);
             assert_eq!(opened.notes, [""; 0]);
         }
@@ -85,10 +86,16 @@ fn absurd_layouts_are_refused() {
 #[test]
 fn a_limit_on_memory_is_kept() {
     let dir = TempDir::new().unwrap();
-    let path = write(&dir, "a.raw", &[1; 60]);
-    let options = |most| OpenOptions { raw: Some(layout(Scalar::U8)), max_bytes: Some(most) };
-    assert!(isoforge::volume::open(&path, &options(240)).is_ok());
-    assert!(matches!(isoforge::volume::open(&path, &options(239)), Err(OpenError::TooLarge { .. })));
+    // In bytes of memory, where f64 is kept as f32 and u8 as it is.
+    for (scalar, bytes) in [(Scalar::U8, 60), (Scalar::I16, 120), (Scalar::F64, 240)] {
+        let path = write(&dir, "a.raw", &vec![0; POINTS * scalar.size()]);
+        let options = |most| OpenOptions { raw: Some(layout(scalar)), max_bytes: Some(most) };
+        assert!(isoforge::volume::open(&path, &options(bytes)).is_ok());
+        assert!(matches!(
+            isoforge::volume::open(&path, &options(bytes - 1)),
+            Err(OpenError::TooLarge { .. })
+        ));
+    }
 }
 
 #[test]
@@ -96,7 +103,7 @@ fn losses_are_noted() {
     let mut stored = values(Scalar::I32);
     stored[3] = 16_777_217.0;
     let opened = open_raw(&encode(&stored, Scalar::I32, Endian::Little), layout(Scalar::I32)).unwrap();
-    assert_eq!(opened.volume.values()[3], 16_777_216.0);
+    assert_eq!(opened.volume.values().get(3), 16_777_216.0);
     assert_eq!(opened.notes, ["i32 values over 2^24 are rounded to f32 (1 of them)"]);
 
     let mut stored = values(Scalar::F64);
@@ -108,7 +115,7 @@ fn losses_are_noted() {
         RawLayout { endian: Endian::Big, ..layout(Scalar::F64) },
     )
     .unwrap();
-    assert_eq!(opened.volume.values()[3], f32::INFINITY);
+    assert_eq!(opened.volume.values().get(3), f32::INFINITY);
     assert_eq!(opened.notes, ["1 values are beyond the range of f32 and became infinite"]);
     assert_eq!(opened.volume.non_finite_count(), 3);
     assert_eq!(opened.volume.finite_range(), Some((-1.0e30, 60.0)));

@@ -3,12 +3,12 @@
 use crate::*;
 
 fn sum(opened: &Opened) -> f64 {
-    opened.volume.values().iter().map(|v| f64::from(*v)).sum()
+    opened.volume.values().iter().map(f64::from).sum()
 }
 
 fn at(opened: &Opened, x: u32, y: u32, z: u32) -> f32 {
     let n = opened.volume.grid().points();
-    opened.volume.values()[(x + n.x * (y + n.y * z)) as usize]
+    opened.volume.values().get((x + n.x * (y + n.y * z)) as usize)
 }
 
 #[test]

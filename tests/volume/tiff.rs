@@ -145,6 +145,7 @@ fn every_type_in_either_order_and_packing() {
                     let opened = open_bytes("a.TIFF", &file.bytes()).unwrap();
                     assert_eq!(opened.volume.grid().points().to_array(), [5, 4, 3]);
                     assert_values(&opened, &values(scalar));
+                    assert_eq!(opened.volume.values().scalar(), kept(scalar));
                     assert_plain_grid(&opened, [0.0; 3], [1.0; 3]);
                     assert_eq!(opened.notes, [""; 0]);
                 }

@@ -122,7 +122,7 @@ impl VolumeLeaf {
     #[inline(always)]
     fn sample(&self, [x, y, z]: [u32; 3]) -> f32 {
         let [nx, ny, _] = self.points.map(|n| n as usize);
-        self.volume.values()[x as usize + nx * (y as usize + ny * z as usize)]
+        self.volume.values().get(x as usize + nx * (y as usize + ny * z as usize))
     }
 
     /// Of what `at` gives at the samples.
@@ -291,7 +291,7 @@ impl VolumeLeaf {
     fn fill(&self, mut data: Vec<u32>, border: f32) -> Vec<u32> {
         data.extend([border.to_bits(), HEADER as u32, (HEADER + 2 * self.ranges.len()) as u32]);
         data.extend_from_slice(bytemuck::cast_slice(&self.ranges));
-        data.extend_from_slice(bytemuck::cast_slice(self.volume.values()));
+        data.extend(self.volume.values().iter().map(f32::to_bits));
         data
     }
 }

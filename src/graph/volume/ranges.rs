@@ -2,6 +2,8 @@
 
 use super::VolumeLeaf;
 use crate::graph::interval::{ALL, Interval};
+use crate::volume::values::each_type;
+use crate::volume::{Sample, Values};
 use rayon::prelude::*;
 
 /// Cells along the edge of the lowest blocks, as a power of two.
@@ -47,7 +49,11 @@ fn count(blocks: [u32; 3]) -> usize {
 }
 
 /// Of blocks of all sizes, the smallest first.
-pub(super) fn ranges(points: [u32; 3], values: &[f32]) -> Vec<[f32; 2]> {
+pub(super) fn ranges(points: [u32; 3], values: &Values) -> Vec<[f32; 2]> {
+    each_type!(Values, values, samples => ranges_of(points, samples))
+}
+
+fn ranges_of<T: Sample>(points: [u32; 3], values: &[T]) -> Vec<[f32; 2]> {
     let [nx, ny, _] = points.map(|n| n as usize);
     let join = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
     let place = |i: usize, n: [u32; 3]| {
@@ -60,7 +66,8 @@ pub(super) fn ranges(points: [u32; 3], values: &[f32]) -> Vec<[f32; 2]> {
         let end = [0, 1, 2].map(|k| (first[k] + (1 << BLOCK) + 1).min(points[k] as usize));
         let mut range = none;
         for row in (first[2]..end[2]).flat_map(|z| (first[1]..end[1]).map(move |y| nx * (y + ny * z))) {
-            for &v in &values[row + first[0]..row + end[0]] {
+            for v in &values[row + first[0]..row + end[0]] {
+                let v = v.to_f32();
                 // Of what is not finite, or nearly so, nothing is known.
                 range = join(range, if v.abs() <= LARGEST { [v, v] } else { [-f32::MAX, f32::MAX] });
             }

@@ -7,6 +7,8 @@ use super::BrickRecord;
 use crate::stage::inside::Inside;
 use crate::stage::samples::Samples;
 use crate::table::Table;
+use crate::volume::values::each_type;
+use crate::volume::{Sample, Slice};
 use multiversion::multiversion;
 
 /// 1 in every byte: times a byte, the byte in every row; the top byte of the product is the sum of rows.
@@ -25,21 +27,26 @@ impl InsideRows {
     #[inline(always)]
     pub fn new(samples: &Samples<'_>, inside: Inside) -> Self {
         let mut bits = Self { rows: [[0; 2]; 9], last: [[0; 2]; 9] };
+        each_type!(Slice, samples.data(), data => bits.fill(samples, data, inside));
+        bits
+    }
+
+    #[inline(always)]
+    fn fill<T: Sample>(&mut self, samples: &Samples<'_>, data: &[T], inside: Inside) {
         let [_, ny, nz] = samples.extent;
         for z in 0..nz.min(9) {
             let mut plane = [0; 2];
             for y in 0..ny.min(8) {
-                let row = u64::from(inside.row(samples.row(y, z)));
+                let row = u64::from(inside.row(samples.row_of(data, y, z)));
                 plane[0] |= (row & 0xff) << (8 * y);
                 plane[1] |= (row >> 1) << (8 * y);
             }
-            bits.rows[z] = plane;
+            self.rows[z] = plane;
             if ny > 8 {
-                let row = u64::from(inside.row(samples.row(8, z)));
-                bits.last[z] = [row & 0xff, row >> 1];
+                let row = u64::from(inside.row(samples.row_of(data, 8, z)));
+                self.last[z] = [row & 0xff, row >> 1];
             }
         }
-        bits
     }
 
     /// The corners of the cells of plane `z`: corner `k` (bits zyx) of cell `x + 8 y` is bit `x + 8 y` of

@@ -2,6 +2,8 @@
 
 use crate::stage::inside::order_key;
 use crate::stage::params::Params;
+use crate::volume::values::each_type;
+use crate::volume::{Sample, Values};
 use multiversion::multiversion;
 use rayon::prelude::*;
 
@@ -13,24 +15,29 @@ pub type Range = [u32; 2];
 /// time from the cache.
 const LAYERS: usize = 8;
 
-/// The table of ranges of all bricks of a volume, and how many samples are NaN or infinite.
-pub fn range(params: &Params, values: &[f32]) -> (Vec<Range>, u64) {
-    let [_, _, nz] = params.points.map(|n| n as usize);
+/// The table of ranges of all bricks of a volume, or of the layers of bricks that `params` names, of which `values`
+/// holds the box. And how many samples are NaN or infinite.
+pub fn range(params: &Params, values: &Values) -> (Vec<Range>, u64) {
+    each_type!(Values, values, samples => range_of(params, samples))
+}
+
+fn range_of<T: Sample>(params: &Params, values: &[T]) -> (Vec<Range>, u64) {
     let [bx, by, bz] = params.slab_extent.map(|n| n as usize);
+    let first_layer = params.slab_first[2] as usize;
     let mut ranges = vec![[u32::MAX, 0]; bx * by * bz];
     let layers = bz.div_ceil(8 * rayon::current_num_threads()).clamp(1, LAYERS);
     let odd = ranges.par_chunks_mut(bx * by * layers).enumerate().map(|(task, ranges)| {
-        let mut folds = Folds::new(params);
+        let mut folds = Folds::<T>::new(params);
         let mut odd = 0;
         for (layer, ranges) in ranges.chunks_mut(bx * by).enumerate() {
-            let z = 8 * (layer + task * layers);
-            folds.fill(params, values, z..(z + 9).min(nz));
+            let planes = planes(params, first_layer + layer + task * layers);
+            folds.fill(params, values, planes.clone());
             for (brick, range) in ranges.iter_mut().enumerate() {
-                let origin = [8 * (brick % bx), 8 * (brick / bx), z];
+                let origin = [8 * (brick % bx), 8 * (brick / bx)];
                 *range = match folds.range(params, brick) {
                     Some(range) => range,
                     None => {
-                        let [finite, _, owned] = count_odd(params, values, origin);
+                        let [finite, _, owned] = count_odd(params, values, origin, planes.clone());
                         odd += owned as u64;
                         if finite == 0 { [u32::MAX, 0] } else { [0, u32::MAX] }
                     }
@@ -43,24 +50,31 @@ pub fn range(params: &Params, values: &[f32]) -> (Vec<Range>, u64) {
     (ranges, odd)
 }
 
+/// The planes of a layer of bricks, counted from the first that the values hold.
+fn planes(params: &Params, layer: usize) -> std::ops::Range<usize> {
+    let (first, end) = (8 * layer, (8 * layer + 9).min(params.points[2] as usize));
+    let lowest = params.source_first[2] as usize;
+    first - lowest..end - lowest
+}
+
 /// For each row of bricks along x of a layer, the folds of all samples with the same x.
-struct Folds {
-    low: Vec<f32>,
-    high: Vec<f32>,
-    /// Bits without the sign: NaN and infinities are the largest.
+struct Folds<T> {
+    low: Vec<T>,
+    high: Vec<T>,
+    /// Bits without the sign: NaN and infinities are the largest. Not kept where there are none.
     magnitude: Vec<u32>,
 }
 
-impl Folds {
+impl<T: Sample> Folds<T> {
     fn new(params: &Params) -> Self {
         let count = (params.points[0] * params.slab_extent[1]) as usize;
-        Self { low: vec![0.0; count], high: vec![0.0; count], magnitude: vec![0; count] }
+        Self { low: vec![T::HIGHEST; count], high: vec![T::LOWEST; count], magnitude: vec![0; count] }
     }
 
     /// Folds the rows of the planes `planes`.
-    fn fill(&mut self, params: &Params, values: &[f32], planes: std::ops::Range<usize>) {
-        self.low.fill(f32::INFINITY);
-        self.high.fill(f32::NEG_INFINITY);
+    fn fill(&mut self, params: &Params, values: &[T], planes: std::ops::Range<usize>) {
+        self.low.fill(T::HIGHEST);
+        self.high.fill(T::LOWEST);
         self.magnitude.fill(0);
         let [nx, ny, _] = params.points.map(|n| n as usize);
         for z in planes {
@@ -87,10 +101,22 @@ impl Folds {
         if self.magnitude[own.clone()].iter().any(|&m| m >= 0x7f80_0000) {
             return None;
         }
-        let low = self.low[own.clone()].iter().fold(f32::INFINITY, |a, &b| a.min(b));
-        let high = self.high[own].iter().fold(f32::NEG_INFINITY, |a, &b| a.max(b));
-        Some([low, high].map(|v| order_key(v.to_bits())))
+        let low = self.low[own.clone()].iter().fold(T::HIGHEST, |a, &b| lower(a, b));
+        let high = self.high[own].iter().fold(T::LOWEST, |a, &b| higher(a, b));
+        Some([low, high].map(|v| order_key(v.to_f32().to_bits())))
     }
+}
+
+/// The lower; of NaN and a number the number, where the number is the second.
+#[inline(always)]
+fn lower<T: Sample>(v: T, so_far: T) -> T {
+    if v < so_far { v } else { so_far }
+}
+
+/// The higher; of NaN and a number the number, where the number is the second.
+#[inline(always)]
+fn higher<T: Sample>(v: T, so_far: T) -> T {
+    if v > so_far { v } else { so_far }
 }
 
 /// Columns that are folded together.
@@ -98,63 +124,73 @@ const COLUMNS: usize = 16;
 
 /// Folds rows, each as long as the folds, into the folds.
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
-fn fold_rows(rows: &[f32], low: &mut [f32], high: &mut [f32], magnitude: &mut [u32]) {
+fn fold_rows<T: Sample>(rows: &[T], low: &mut [T], high: &mut [T], magnitude: &mut [u32]) {
     let length = low.len();
     let mut first = 0;
     while first + COLUMNS <= length {
-        fold_columns::<COLUMNS>(rows, first, low, high, magnitude);
+        fold_columns::<T, COLUMNS>(rows, first, low, high, magnitude);
         first += COLUMNS;
     }
     if first < length && length >= COLUMNS {
         // Folding a value twice changes nothing.
-        fold_columns::<COLUMNS>(rows, length - COLUMNS, low, high, magnitude);
+        fold_columns::<T, COLUMNS>(rows, length - COLUMNS, low, high, magnitude);
     } else {
         for column in first..length {
-            fold_columns::<1>(rows, column, low, high, magnitude);
+            fold_columns::<T, 1>(rows, column, low, high, magnitude);
         }
     }
 }
 
 #[inline(always)]
-fn fold_columns<const N: usize>(
-    rows: &[f32],
+fn fold_columns<T: Sample, const N: usize>(
+    rows: &[T],
     first: usize,
-    low: &mut [f32],
-    high: &mut [f32],
+    low: &mut [T],
+    high: &mut [T],
     magnitude: &mut [u32],
 ) {
     let length = low.len();
     let own = first..first + N;
-    let (mut lows, mut highs, mut magnitudes) = ([f32::INFINITY; N], [f32::NEG_INFINITY; N], [0; N]);
+    let (mut lows, mut highs, mut magnitudes) = ([T::HIGHEST; N], [T::LOWEST; N], [0; N]);
     for row in rows.chunks_exact(length) {
         for (i, &v) in row[own.clone()].iter().enumerate().take(N) {
-            lows[i] = if v < lows[i] { v } else { lows[i] };
-            highs[i] = if v > highs[i] { v } else { highs[i] };
-            magnitudes[i] = magnitudes[i].max(v.to_bits() & 0x7fff_ffff);
+            lows[i] = lower(v, lows[i]);
+            highs[i] = higher(v, highs[i]);
+            if !T::ALWAYS_FINITE {
+                magnitudes[i] = magnitudes[i].max(v.to_f32().to_bits() & 0x7fff_ffff);
+            }
         }
     }
     for (to, v) in low[own.clone()].iter_mut().zip(lows) {
-        *to = to.min(v);
+        *to = lower(v, *to);
     }
     for (to, v) in high[own.clone()].iter_mut().zip(highs) {
-        *to = to.max(v);
+        *to = higher(v, *to);
     }
-    for (to, v) in magnitude[own].iter_mut().zip(magnitudes) {
-        *to = (*to).max(v);
+    if !T::ALWAYS_FINITE {
+        for (to, v) in magnitude[own].iter_mut().zip(magnitudes) {
+            *to = (*to).max(v);
+        }
     }
 }
 
 /// The finite and the other samples of a brick, and how many of the others its own points have.
-fn count_odd(params: &Params, values: &[f32], origin: [usize; 3]) -> [u32; 3] {
-    let [nx, ny, nz] = params.points.map(|n| n as usize);
-    let [x, y, z] = origin;
+fn count_odd<T: Sample>(
+    params: &Params,
+    values: &[T],
+    origin: [usize; 2],
+    planes: std::ops::Range<usize>,
+) -> [u32; 3] {
+    let [nx, ny, _] = params.points.map(|n| n as usize);
+    let [x, y] = origin;
     let mut counts = [0; 3];
-    for (dz, z) in (z..nz.min(z + 9)).enumerate() {
+    for (dz, z) in planes.enumerate() {
         for (dy, y) in (y..ny.min(y + 9)).enumerate() {
             let row = &values[nx * (y + ny * z)..][x..nx.min(x + 9)];
             for (dx, v) in row.iter().enumerate() {
-                counts[usize::from(!v.is_finite())] += 1;
-                counts[2] += u32::from(!v.is_finite() && dx.max(dy).max(dz) < 8);
+                let is_odd = !v.to_f32().is_finite();
+                counts[usize::from(is_odd)] += 1;
+                counts[2] += u32::from(is_odd && dx.max(dy).max(dz) < 8);
             }
         }
     }

@@ -2,10 +2,10 @@
 
 mod header;
 
-use super::decode::{Coding, Endian, Loss, Scalar, grow, read_values};
+use super::decode::{Coding, Endian, Loss, Scalar, read_values};
 use super::error::OpenError;
 use super::source::{Placement, Source, finish, layout, reserve, skip};
-use super::{OpenOptions, Opened, opened};
+use super::{OpenOptions, Opened, Values, opened};
 use glam::{DMat3, DVec3};
 use header::{Field, Header};
 use std::io::{BufRead, Read, Seek, SeekFrom};
@@ -38,7 +38,8 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
     };
     let axes = axes(path, &header)?;
     let place = placement(&header, &axes, &mut notes)?;
-    let (grid, need) = layout(path, axes.sizes, scalar.size(), &place, options)?;
+    let coding = Coding { text: encoding == Encoding::Text, ..Coding::plain(scalar, endian) };
+    let (grid, need) = layout(path, axes.sizes, &coding, &place, options)?;
 
     let mut start = header.bytes;
     if let Some(field) = header.get("datafile") {
@@ -51,7 +52,6 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
             "Name the data file, or use the file that the data are attached to",
         ));
     }
-    let coding = Coding::plain(scalar, endian);
     let (values, loss) = values(source, &header, start, encoding, &coding, axes.sizes, need, &mut notes)?;
     loss.notes(&coding, &mut notes);
     opened(path, grid, values, notes)
@@ -276,7 +276,7 @@ fn values(
     dims: [u64; 3],
     need: u64,
     notes: &mut Vec<String>,
-) -> Result<(Vec<f32>, Loss), OpenError> {
+) -> Result<(Values, Loss), OpenError> {
     let whole = |key: &str, lowest: i64| -> Result<i64, OpenError> {
         let Some(field) = header.get(key) else { return Ok(0) };
         match field.value.parse::<i64>() {
@@ -332,7 +332,7 @@ fn text(
     stream: &mut dyn Read,
     dims: [u64; 3],
     coding: &Coding,
-) -> Result<(Vec<f32>, Loss), OpenError> {
+) -> Result<(Values, Loss), OpenError> {
     let mut text = Vec::new();
     stream.read_to_end(&mut text).map_err(|e| OpenError::reading(path, e))?;
     let count = dims[0] * dims[1] * dims[2];
@@ -347,7 +347,7 @@ fn text(
         return Err(truncated(words.count() as u64));
     }
     let mut values = Vec::new();
-    grow(path, dims, &mut values, count as usize)?;
+    values.try_reserve(count as usize).map_err(|_| OpenError::no_memory(path, dims))?;
     let mut loss = Loss::default();
     for _ in 0..count {
         let Some(word) = words.next() else {
@@ -371,5 +371,5 @@ fn text(
             "Correct the sizes",
         ));
     }
-    Ok((values, loss))
+    Ok((values.into(), loss))
 }

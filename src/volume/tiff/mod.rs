@@ -3,10 +3,10 @@
 mod directory;
 mod imagej;
 
-use crate::volume::decode::{Coding, Endian, Loss, Scalar, decode, grow, read_values};
+use crate::volume::decode::{Coding, Endian, Loss, Scalar, append, grow, read_values};
 use crate::volume::error::OpenError;
 use crate::volume::source::{Placement, Source, layout};
-use crate::volume::{OpenOptions, Opened, opened};
+use crate::volume::{OpenOptions, Opened, Values, opened};
 use glam::{DMat3, DVec3};
 use imagej::ImageJ;
 use std::fs::File;
@@ -79,8 +79,8 @@ fn read_pages(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
     }
 
     let dims = [first.width, first.height, stack.slices];
-    let scalar = first.scalar;
-    let (grid, need) = layout(path, dims, scalar.size(), &place, options)?;
+    let coding = page_coding(&first, contiguous, pages.byte_order(), slope, intercept);
+    let (grid, need) = layout(path, dims, &coding, &place, options)?;
     let truncated = |have: u64| OpenError::Truncated {
         file: path.to_owned(),
         need,
@@ -95,22 +95,29 @@ fn read_pages(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
         notes.push("the pages are shown inverted (WhiteIsZero); the stored values are kept".to_owned());
     }
 
-    let (values, loss, coding);
-    if contiguous {
-        let endian = if pages.byte_order() == ByteOrder::BigEndian { Endian::Big } else { Endian::Little };
-        coding = Coding { scalar, endian, slope, intercept };
-        (values, loss) = read_contiguous(path, &mut pages, &first, &coding, stack, len, need)?;
+    let (values, loss) = if contiguous {
+        read_contiguous(path, &mut pages, &first, &coding, stack, len, need)?
     } else {
-        // The crate turns WhiteIsZero over; this turns it back.
-        if first.white_is_zero {
-            intercept += slope * f64::from(u32::MAX >> (32 - 8 * scalar.size().min(4)));
-            slope = -slope;
-        }
-        coding = Coding { scalar, endian: Endian::NATIVE, slope, intercept };
-        (values, loss) = read_each(path, &mut pages, &first, &coding, stack, plain)?;
-    }
+        read_each(path, &mut pages, &first, &coding, stack, plain)?
+    };
     loss.notes(&coding, &mut notes);
     opened(path, grid, values, notes)
+}
+
+/// How the values of pages come: as the file has them where the pages are `contiguous`, else from the crate.
+fn page_coding(page: &Page, contiguous: bool, order: ByteOrder, slope: f64, intercept: f64) -> Coding {
+    let scalar = page.scalar;
+    if contiguous {
+        let endian = if order == ByteOrder::BigEndian { Endian::Big } else { Endian::Little };
+        return Coding::scaled(scalar, endian, slope, intercept);
+    }
+    let endian = Endian::NATIVE;
+    if !page.white_is_zero {
+        return Coding::scaled(scalar, endian, slope, intercept);
+    }
+    // The crate turns WhiteIsZero over; this turns it back.
+    let most = f64::from(u32::MAX >> (32 - 8 * scalar.size().min(4)));
+    Coding::scaled(scalar, endian, -slope, intercept + slope * most)
 }
 
 /// The pages of one volume: `slices` of them from `first`, each `stride` behind the last.
@@ -128,13 +135,13 @@ fn read_each(
     coding: &Coding,
     stack: Stack,
     plain: bool,
-) -> Result<(Vec<f32>, Loss), OpenError> {
+) -> Result<(Values, Loss), OpenError> {
     let dims = [page.width, page.height, stack.slices];
     // Within the file's size, see `need` above.
     let points = (page.width * page.height) as usize;
     let size = points * coding.scalar.size();
     let mut bytes = Vec::new();
-    let mut values = Vec::new();
+    let mut values = coding.none();
     if plain {
         grow(path, dims, &mut values, points * stack.slices as usize)?;
     }
@@ -158,11 +165,8 @@ fn read_each(
             bytes.resize(size, 0);
         }
         pages.read_image_bytes(&mut bytes).map_err(|e| failed(path, number, e))?;
-        let start = values.len();
         grow(path, dims, &mut values, points)?;
-        values.resize(start + points, 0.0);
-        let part = decode(&bytes, coding, &mut values[start..]);
-        loss = loss.plus(part);
+        loss = loss.plus(append(&bytes, coding, &mut values, points));
     }
     Ok((values, loss))
 }
@@ -198,7 +202,7 @@ fn read_contiguous(
     stack: Stack,
     len: u64,
     need: u64,
-) -> Result<(Vec<f32>, Loss), OpenError> {
+) -> Result<(Values, Loss), OpenError> {
     let other = |why: &str| {
         let what = format!("an ImageJ stack with one directory for all its pages and {why}");
         OpenError::unsupported(path, what, "Save the stack with one directory a page")

@@ -11,6 +11,8 @@ use crate::stage::inside::Inside;
 use crate::stage::normals::cpu::{LEAST_GRADIENT, mark};
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
+use crate::volume::values::each_type;
+use crate::volume::{Sample, Values};
 use glam::UVec3;
 use multiversion::multiversion;
 
@@ -191,30 +193,31 @@ impl Iterator for Edges<'_> {
 pub fn emit_volume_vertices(
     params: &Params,
     inside: Inside,
-    values: &[f32],
+    values: &Values,
     origin: UVec3,
     record: &BrickRecord,
     vertices: &mut [Vertex],
 ) -> bool {
     let (first, points) = (origin.to_array(), params.points);
     let interior = first.iter().zip(points).all(|(&first, n)| first > 0 && first + 9 < n);
-    if interior {
-        volume_vertices::<true>(params, inside, values, first, record, vertices)
+    each_type!(Values, values, samples => if interior {
+        volume_vertices::<_, true>(params, inside, samples, first, record, vertices)
     } else {
-        volume_vertices::<false>(params, inside, values, first, record, vertices)
-    }
+        volume_vertices::<_, false>(params, inside, samples, first, record, vertices)
+    })
 }
 
 #[inline(always)]
-fn volume_vertices<const INTERIOR: bool>(
+fn volume_vertices<T: Sample, const INTERIOR: bool>(
     params: &Params,
     inside: Inside,
-    values: &[f32],
+    values: &[T],
     origin: [u32; 3],
     record: &BrickRecord,
     vertices: &mut [Vertex],
 ) -> bool {
-    let [nx, ny, _] = params.points.map(|n| n as usize);
+    let [nx, ny, _] = params.source_extent.map(|n| n as usize);
+    let first = params.source_first;
     let pitch = [1, nx, nx * ny];
     let mut edges = Edges::new(record);
     let mut batch = Crossings::<LANES>::new();
@@ -224,15 +227,16 @@ fn volume_vertices<const INTERIOR: bool>(
     for vertices in vertices.chunks_mut(LANES) {
         for (i, ([x, y, z], axis)) in (0..vertices.len()).zip(&mut edges) {
             let mut point = [origin[0] + x, origin[1] + y, origin[2] + z];
-            let at = point[0] as usize + nx * (point[1] as usize + ny * point[2] as usize);
+            let [x, y, z] = [0, 1, 2].map(|k| (point[k] - first[k]) as usize);
+            let at = x + nx * (y + ny * z);
             let next = at + pitch[axis];
-            batch.set(i, point, axis, [values[at], values[next]]);
+            batch.set(i, point, axis, [values[at].to_f32(), values[next].to_f32()]);
             for k in 0..3 {
-                slopes[0][k][i] = slope::<INTERIOR>(params, values, at, pitch[k], k, point[k]);
+                slopes[0][k][i] = slope::<T, INTERIOR>(params, values, at, pitch[k], k, point[k]);
             }
             point[axis] += 1;
             for k in 0..3 {
-                slopes[1][k][i] = slope::<INTERIOR>(params, values, next, pitch[k], k, point[k]);
+                slopes[1][k][i] = slope::<T, INTERIOR>(params, values, next, pitch[k], k, point[k]);
             }
         }
         batch.place(params);
@@ -256,21 +260,21 @@ fn volume_vertices<const INTERIOR: bool>(
 /// The difference per grid step along axis `k` at the value `at`, whose coordinate along the axis is
 /// `coordinate`: central inside, one-sided at the border.
 #[inline(always)]
-fn slope<const INTERIOR: bool>(
+fn slope<T: Sample, const INTERIOR: bool>(
     params: &Params,
-    values: &[f32],
+    values: &[T],
     at: usize,
     pitch: usize,
     k: usize,
     coordinate: u32,
 ) -> f32 {
     if INTERIOR {
-        return (values[at + pitch] - values[at - pitch]) * 0.5;
+        return (values[at + pitch].to_f32() - values[at - pitch].to_f32()) * 0.5;
     }
     let lower = coordinate > 0;
     let upper = coordinate < params.points[k] - 1;
-    let low = values[at - if lower { pitch } else { 0 }];
-    let high = values[at + if upper { pitch } else { 0 }];
+    let low = values[at - if lower { pitch } else { 0 }].to_f32();
+    let high = values[at + if upper { pitch } else { 0 }].to_f32();
     if lower && upper { (high - low) * 0.5 } else { high - low }
 }
 
