@@ -5,11 +5,15 @@
 //! until its share of time is spent; minimum and median are told, since other work on the machine only
 //! ever adds. GPU rows leave the mesh on the GPU, as its users do.
 
+mod frame;
 mod machine;
 mod report;
+mod roofline;
 
+pub use frame::{Frame, Sweep};
 pub use machine::{Adapter, Machine};
 pub use report::{BenchReport, Row, Seconds};
+pub use roofline::{Limits, Roof};
 
 use crate::extract::{ExtractError, Extractor, Options, Report, STAGES, Source, extract_on_cpu};
 use crate::field::named::{NameError, Named};
@@ -64,6 +68,12 @@ pub struct BenchOptions<'a> {
     pub volume: Option<VolumeCase<'a>>,
     /// Whether the fields are also sampled into volumes and extracted from memory.
     pub arrays: bool,
+    /// Whether every brick of the fields is taken, instead of those that their intervals leave.
+    pub dense: bool,
+    /// Whether it is told how far the GPU's stages are from what the adapter can do.
+    pub roofline: bool,
+    /// Iso values over which volumes are swept on the GPU; 0 for no sweep.
+    pub sweep: u32,
     /// Where to run.
     pub backends: Vec<Backend>,
     /// The most timed runs a row.
@@ -81,6 +91,9 @@ impl Default for BenchOptions<'_> {
             cases: ["sphere", "torus", "gyroid"].map(String::from).to_vec(),
             volume: None,
             arrays: false,
+            dense: false,
+            roofline: false,
+            sweep: 0,
             backends: vec![Backend::Cpu, Backend::Gpu],
             repeats: 7,
             seconds: 2.0,
@@ -126,7 +139,7 @@ pub fn run(
     if gpu.is_some() {
         progress("the adapter's copy bandwidth");
     }
-    let machine = Machine::of(gpu);
+    let machine = Machine::of(gpu, options.roofline);
     let extractor = gpu.and_then(|gpu| match Extractor::new(gpu.clone()) {
         Ok(extractor) => Some(extractor),
         Err(error) => {
@@ -148,7 +161,10 @@ pub fn run(
     if let Some(VolumeCase { name, volume, iso }) = options.volume {
         bench.both(name, iso, Sense::Above, &Source::Volume(volume));
     }
-    Ok(BenchReport { machine, rows: bench.rows, skipped: bench.skipped })
+    let (rows, skipped) = (bench.rows, bench.skipped);
+    let limits = machine.adapter.as_ref().and_then(|adapter| adapter.limits.as_ref());
+    let roofs = limits.map_or(Vec::new(), |limits| roofline::roofs(limits, &rows));
+    Ok(BenchReport { machine, rows, roofs, skipped })
 }
 
 /// The field's values at the points of `grid`.
@@ -180,18 +196,24 @@ struct Times {
     first: Vec<f64>,
     again: Vec<f64>,
     reports: Vec<Report>,
+    frame: Option<Frame>,
+    sweep: Option<Sweep>,
 }
 
 impl Bench<'_> {
     /// The rows of one input on the backends asked for.
     fn both(&mut self, name: &str, iso: f32, sense: Sense, source: &Source<'_>) {
-        let input = match source {
-            Source::Field(..) => Input::Analytic,
-            Source::Volume(_) => Input::Volume,
+        let (input, sample_bytes) = match source {
+            Source::Field(..) => (Input::Analytic, 4),
+            Source::Volume(volume) => (Input::Volume, volume.values().scalar().size() as u64),
         };
         let cells = source.grid().cells();
-        let options =
-            Options { sense: Some(sense), memory_budget: self.options.memory_budget, ..Options::new(iso) };
+        let options = Options {
+            sense: Some(sense),
+            cull: !self.options.dense,
+            memory_budget: self.options.memory_budget,
+            ..Options::new(iso)
+        };
         for &backend in &self.options.backends {
             let label = format!("{name} {}×{}×{} {input:?} on {backend:?}", cells.x, cells.y, cells.z);
             let times = match (backend, &self.extractor) {
@@ -207,7 +229,8 @@ impl Bench<'_> {
             };
             match times {
                 Ok(times) => {
-                    self.rows.push(times.row(backend, name, input, cells.into(), source.grid().point_count()))
+                    let points = source.grid().point_count();
+                    self.rows.push(times.row(backend, name, (input, sample_bytes), cells.into(), points));
                 }
                 Err(error) => self.skipped.push(format!("{label}: {error}")),
             }
@@ -265,6 +288,14 @@ fn on_gpu(
             Err(error) => return Err(error),
         }
     }
+    let last = times.reports.last().cloned().unwrap_or_default();
+    if last.slabs == 1 && last.triangles > 0 {
+        // What needs more than one slab cannot be recorded in one go.
+        times.frame = frame::frames(extractor, source, settings, &last).ok();
+    }
+    if let (Source::Volume(volume), 1..) = (source, options.sweep) {
+        times.sweep = frame::sweep(extractor, volume, settings, options.sweep)?;
+    }
     Ok(times)
 }
 
@@ -277,7 +308,14 @@ fn timed<T>(list: &mut Vec<f64>, work: impl FnOnce() -> Result<T, ExtractError>)
 }
 
 impl Times {
-    fn row(&self, backend: Backend, case: &str, input: Input, cells: [u32; 3], points: u64) -> Row {
+    fn row(
+        &self,
+        backend: Backend,
+        case: &str,
+        (input, sample_bytes): (Input, u64),
+        cells: [u32; 3],
+        points: u64,
+    ) -> Row {
         let mut stages = BTreeMap::new();
         for (i, &stage) in STAGES.iter().enumerate() {
             let seconds: Vec<f64> = self.reports.iter().filter_map(|r| r.seconds[i]).collect();
@@ -293,11 +331,14 @@ impl Times {
             backend,
             case: case.into(),
             input,
+            sample_bytes,
             cells,
             points,
             runs: self.first.len(),
             seconds: total,
             again: Seconds::of(&self.again),
+            frame: self.frame.clone(),
+            sweep: self.sweep.clone(),
             stages,
             cells_per_second: per_second(all_cells),
             triangles_per_second: per_second(last.triangles as f64),

@@ -10,6 +10,7 @@ use isoforge::stage::classify::BrickRecord;
 use isoforge::stage::params::{Params, Work};
 use isoforge::stage::scan::Scanned;
 use isoforge::stage::shaders::{self, Samples};
+use isoforge::volume::Scalar;
 use naga::proc::Layouter;
 use naga::valid::ModuleInfo;
 use naga::{AddressSpace, Module, TypeInner};
@@ -72,17 +73,23 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
     let mut sources = vec![
         ("normals".to_string(), shaders::normals()),
         ("components".into(), shaders::components()),
-        ("track, volume".into(), shaders::track(true)),
-        ("track, field".into(), shaders::track(false)),
-        ("cull, volume".into(), shaders::cull(Samples::Volume)),
+        ("track, volume".into(), shaders::track(Some(Scalar::F32))),
+        ("track, field".into(), shaders::track(None)),
     ];
     for form in Form::ALL {
         sources.extend([
             (format!("scan of the map, {form:?}"), shaders::scan(Scanned::Map, form)),
             (format!("scan of counts, {form:?}"), shaders::scan(Scanned::Counts, form)),
-            (format!("classify, volume, {form:?}"), shaders::classify(Samples::Volume, form)),
-            (format!("emit, volume, {form:?}"), shaders::emit(Samples::Volume, Normals::Exact, form)),
         ]);
+    }
+    for scalar in [Scalar::U8, Scalar::I8, Scalar::U16, Scalar::I16, Scalar::F32] {
+        let samples = Samples::Volume(scalar);
+        sources.push((format!("cull, volume of {scalar}"), shaders::cull(samples)));
+        for form in Form::ALL {
+            let name = format!("volume of {scalar}, {form:?}");
+            sources.push((format!("classify, {name}"), shaders::classify(samples, form)));
+            sources.push((format!("emit, {name}"), shaders::emit(samples, Normals::Exact, form)));
+        }
     }
     for (name, wgsl) in fields() {
         let samples = Samples::Field(&wgsl);

@@ -1,4 +1,5 @@
-// Samples of a volume: read straight from the box of them that the slab needs, no copy a brick.
+// Samples of a volume: read straight from the box of them that the slab needs, no copy a brick. In which type they lie
+// there, `stored` knows.
 @group(0) @binding(2) var<storage, read> source: array<u32>;
 
 // The range table, built once a volume, has counted them.
@@ -6,7 +7,7 @@ const COUNTS_NON_FINITE = false;
 
 fn volume_bits(point: vec3<u32>) -> u32 {
     let p = min(point, params.points - vec3<u32>(1u)) - params.source_first;
-    return source[p.x + params.source_extent.x * (p.y + params.source_extent.y * p.z)];
+    return stored(p.x + params.source_extent.x * (p.y + params.source_extent.y * p.z));
 }
 
 // Bits of the sample at point `local` (0-8 an axis) of the brick; past the grid's end, of the last.
@@ -27,7 +28,7 @@ fn row_start(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {
 
 // Bits of the sample at x (0-8) of that row.
 fn row_bits(row: u32, origin: vec3<u32>, x: u32) -> u32 {
-    return source[row + min(origin.x + x, params.points.x - 1u)];
+    return stored(row + min(origin.x + x, params.points.x - 1u));
 }
 
 // Difference along one axis per grid step: central inside, one-sided at the border.

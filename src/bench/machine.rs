@@ -1,5 +1,6 @@
 //! What the machine is, and how fast its adapter copies.
 
+use super::Limits;
 use crate::gpu::{Gpu, GpuError};
 use std::time::Instant;
 
@@ -33,25 +34,29 @@ pub struct Adapter {
     pub max_binding_bytes: u64,
     /// Whether stages are timed by the adapter itself.
     pub timestamps: bool,
+    /// How workgroups share their work.
+    pub form: String,
+    /// What kernels can do, where it was asked for.
+    pub limits: Option<Limits>,
     /// Bytes copied per second from a large buffer to another (each byte is read and written once);
     /// none if the copy failed.
     pub copied_bytes_per_second: Option<f64>,
 }
 
 impl Machine {
-    pub(super) fn of(gpu: Option<&Gpu>) -> Self {
+    pub(super) fn of(gpu: Option<&Gpu>, with_limits: bool) -> Self {
         Self {
             isoforge: env!("CARGO_PKG_VERSION"),
             cores: std::thread::available_parallelism().map_or(1, usize::from),
             threads: rayon::current_num_threads(),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-            adapter: gpu.map(Adapter::of),
+            adapter: gpu.map(|gpu| Adapter::of(gpu, with_limits)),
         }
     }
 }
 
 impl Adapter {
-    fn of(gpu: &Gpu) -> Self {
+    fn of(gpu: &Gpu, with_limits: bool) -> Self {
         let (info, limits) = (&gpu.info, gpu.device.limits());
         Self {
             name: info.name.clone(),
@@ -60,6 +65,8 @@ impl Adapter {
             driver: format!("{} {}", info.driver, info.driver_info).trim().into(),
             max_binding_bytes: limits.max_storage_buffer_binding_size,
             timestamps: gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY),
+            form: gpu.form().to_string(),
+            limits: with_limits.then(|| Limits::measure(gpu).ok()).flatten(),
             copied_bytes_per_second: copy_bandwidth(gpu).ok(),
         }
     }

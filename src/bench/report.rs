@@ -1,7 +1,8 @@
 //! What a benchmark found, as JSON (through serde) and as a table.
 
 use super::machine::Machine;
-use super::{Backend, Input};
+use super::roofline::Roof;
+use super::{Backend, Frame, Input, Sweep};
 use crate::extract::STAGES;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -13,6 +14,8 @@ pub struct BenchReport {
     pub machine: Machine,
     /// One for each backend, case, input and size.
     pub rows: Vec<Row>,
+    /// What each stage of the GPU rows reaches of the adapter's limits, where it was asked for.
+    pub roofs: Vec<Roof>,
     /// What was not measured, and why.
     pub skipped: Vec<String>,
 }
@@ -43,6 +46,8 @@ pub struct Row {
     pub case: String,
     /// Where its samples came from.
     pub input: Input,
+    /// Bytes of a sample.
+    pub sample_bytes: u64,
     /// Cells along x, y, z.
     pub cells: [u32; 3],
     /// Sample points of the grid.
@@ -55,6 +60,10 @@ pub struct Row {
     /// The whole once more: of a volume on the CPU with the range table at hand, on the GPU with buffers
     /// and upload at hand; none where there is no difference.
     pub again: Option<Seconds>,
+    /// Frames of a renderer, on the GPU; none where the grid needs several slabs.
+    pub frame: Option<Frame>,
+    /// A sweep of iso values, of volumes on the GPU, where it was asked for.
+    pub sweep: Option<Sweep>,
     /// Medians of each stage's seconds, by its name.
     pub stages: BTreeMap<&'static str, f64>,
     /// Cells of the grid per second, by the fastest run.
@@ -80,12 +89,30 @@ impl fmt::Display for BenchReport {
         if let Some(a) = &m.adapter {
             write!(f, "adapter {} ({}, {}, {})", a.name, a.kind, a.backend, a.driver)?;
             match a.copied_bytes_per_second {
-                Some(speed) => writeln!(f, ", copies {:.1} GB/s", speed * 1e-9)?,
-                None => writeln!(f)?,
+                Some(speed) => write!(f, ", copies {:.1} GB/s", speed * 1e-9)?,
+                None => {}
+            }
+            writeln!(f, ", kernels {}", a.form)?;
+            if let Some(limits) = &a.limits {
+                let [bytes, operations] =
+                    [limits.bytes_per_second * 1e-9, limits.operations_per_second * 1e-9];
+                writeln!(f, "a kernel moves {bytes:.0} GB/s and does {operations:.0} Gflop/s")?;
             }
         }
-        let header =
-            ["", "case", "input", "cells", "min ms", "median", "again", "Mcells/s", "Mtri/s", "triangles"];
+        let header = [
+            "",
+            "case",
+            "input",
+            "cells",
+            "min ms",
+            "median",
+            "again",
+            "frame",
+            "on GPU",
+            "Mcells/s",
+            "Mtri/s",
+            "triangles",
+        ];
         let mut table = vec![header.map(String::from).to_vec()];
         table[0].extend(STAGES.map(|stage| format!("{stage} ms")));
         for row in &self.rows {
@@ -98,6 +125,8 @@ impl fmt::Display for BenchReport {
                 ms(row.seconds.min),
                 ms(row.seconds.median),
                 row.again.map_or(String::new(), |s| ms(s.min)),
+                row.frame.as_ref().map_or(String::new(), |f| ms(f.seconds.min)),
+                row.frame.as_ref().and_then(|f| f.gpu).map_or(String::new(), ms),
                 format!("{:.1}", row.cells_per_second * 1e-6),
                 format!("{:.2}", row.triangles_per_second * 1e-6),
                 row.triangles.to_string(),
@@ -106,6 +135,21 @@ impl fmt::Display for BenchReport {
             table.push(line);
         }
         write_columns(f, &table)?;
+        for row in &self.rows {
+            if let Some(s) = &row.sweep {
+                writeln!(
+                    f,
+                    "{} {}: {} iso values: {} ms a frame, at most {}, {:.0} Mtri/s",
+                    row.case,
+                    row.cells.map(|n| n.to_string()).join("×"),
+                    s.values,
+                    ms(s.seconds.median),
+                    ms(s.longest),
+                    s.triangles as f64 * 1e-6 / (s.seconds.median * f64::from(s.values))
+                )?;
+            }
+        }
+        self.roofs.iter().try_for_each(|roof| write!(f, "{roof}"))?;
         self.skipped.iter().try_for_each(|line| writeln!(f, "skipped {line}"))
     }
 }

@@ -415,6 +415,18 @@ pub struct BenchArgs {
     #[arg(long)]
     pub arrays: bool,
 
+    /// Take every brick of the fields, not only those that their intervals leave
+    #[arg(long)]
+    pub dense: bool,
+
+    /// Tell how far each stage of the GPU is from what the adapter can do: bytes and evaluations per second
+    #[arg(long)]
+    pub roofline: bool,
+
+    /// Sweep so many iso values over volumes that lie on the GPU
+    #[arg(long, value_name = "VALUES", default_value_t = 0)]
+    pub sweep: u32,
+
     /// Where to extract; auto is both
     #[arg(long, value_enum, default_value = "auto")]
     pub backend: Backend,

@@ -2,7 +2,7 @@
 
 use super::{Failure, backend, say};
 use crate::field::named;
-use crate::gpu::adapters;
+use crate::gpu::{Gpu, adapters};
 
 /// Lists the adapters and what will be used.
 pub fn info() -> Result<(), Failure> {
@@ -29,11 +29,15 @@ pub fn info() -> Result<(), Failure> {
             ("storage buffers a stage", limits.max_storage_buffers_per_shader_stage.to_string()),
             ("workgroups a dimension", limits.max_compute_workgroups_per_dimension.to_string()),
             ("largest picture side", limits.max_texture_dimension_2d.to_string()),
+            ("subgroups", subgroups(adapter)),
             ("stage timestamps", if timestamps { "yes" } else { "no" }.into()),
         ];
         rows.iter().for_each(|(name, value)| say(format_args!("  {name:<26}{value}")));
     }
     let best = adapters[0].get_info();
+    if let Ok(gpu) = Gpu::open_adapter(&adapters[0]) {
+        say(format_args!("\nkernels on {}: {}", best.name, gpu.form()));
+    }
     say(if best.device_type == wgpu::DeviceType::Cpu {
         format!(
             "\n--backend auto: the CPU ({} is a software adapter); --backend gpu: {}",
@@ -43,6 +47,16 @@ pub fn info() -> Result<(), Failure> {
         format!("\n--backend auto and gpu: {}", best.name)
     });
     Ok(())
+}
+
+/// The sizes of an adapter's subgroups, where it has their operations.
+fn subgroups(adapter: &wgpu::Adapter) -> String {
+    let info = adapter.get_info();
+    if adapter.features().contains(wgpu::Features::SUBGROUP) {
+        format!("{} to {}", info.subgroup_min_size, info.subgroup_max_size)
+    } else {
+        "none".into()
+    }
 }
 
 /// Prints the kinds of nodes.

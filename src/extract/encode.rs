@@ -55,8 +55,19 @@ impl Extractor {
         options: &Options,
         mesh: &GpuMesh,
     ) -> Result<(), ExtractError> {
+        self.encode_timed(space, encoder, options, mesh, &mut Timer::off())
+    }
+
+    /// [`Extractor::encode`] with a timer.
+    pub(crate) fn encode_timed(
+        &self,
+        space: &Workspace,
+        encoder: &mut wgpu::CommandEncoder,
+        options: &Options,
+        mesh: &GpuMesh,
+        timer: &mut Timer,
+    ) -> Result<(), ExtractError> {
         options.check()?;
-        let timer = &mut Timer::off();
         let slabs = space.plan.slab_count();
         if slabs > 1 {
             return Err(ExtractError::Slabs { slabs });

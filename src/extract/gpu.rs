@@ -14,7 +14,8 @@ use crate::stage::normals::Normals;
 use crate::stage::scan::{Scan, Scanned};
 use crate::stage::shaders::Samples;
 use crate::table::MARCHING_CUBES;
-use std::sync::{Arc, Mutex, PoisonError};
+use crate::volume::Scalar;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 use wgpu::BufferUsages as U;
 
@@ -35,14 +36,15 @@ pub struct Extractor {
     pub(crate) scan_all: Scan,
     pub(super) normals: Normals,
     pub(super) table: wgpu::Buffer,
-    pub(super) volume: Arc<SourceKernels>,
+    /// Of volumes, by the type of their samples; those of f32 first.
+    volumes: [OnceLock<Arc<SourceKernels>>; 5],
     pub(crate) track: crate::track::Kernels,
     /// The latest used last.
     fields: Mutex<Vec<(Texts, Arc<SourceKernels>)>>,
 }
 
 impl Extractor {
-    /// Compiles the pipelines on `gpu`: one that the crate opened ([`Gpu::open`]) or the caller's own
+    /// Compiles the pipelines that all sources share on `gpu`: one that the crate opened ([`Gpu::open`]) or the caller's own
     /// ([`Gpu::from_device`]).
     ///
     /// # Errors
@@ -57,7 +59,7 @@ impl Extractor {
             scan_all: Scan::new(&gpu, Scanned::AllCounts)?,
             normals: Normals::new(&gpu)?,
             table,
-            volume: Arc::new(SourceKernels::new(&gpu, Samples::Volume)?),
+            volumes: Default::default(),
             track: Default::default(),
             fields: Mutex::default(),
             gpu,
@@ -67,6 +69,21 @@ impl Extractor {
     /// The device that the pipelines are on.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
+    }
+
+    fn volume_kernels(&self, scalar: Scalar) -> Result<Arc<SourceKernels>, GpuError> {
+        let kept = match scalar {
+            Scalar::U8 => 1,
+            Scalar::I8 => 2,
+            Scalar::U16 => 3,
+            Scalar::I16 => 4,
+            Scalar::F32 | Scalar::U32 | Scalar::I32 | Scalar::F64 => 0,
+        };
+        if let Some(kernels) = self.volumes[kept].get() {
+            return Ok(kernels.clone());
+        }
+        let kernels = Arc::new(SourceKernels::new(&self.gpu, Samples::Volume(scalar))?);
+        Ok(self.volumes[kept].get_or_init(|| kernels).clone())
     }
 
     fn field_kernels(&self, wgsl: &Wgsl) -> Result<Arc<SourceKernels>, GpuError> {
@@ -127,7 +144,7 @@ impl Extractor {
         let device_limits = gpu.device.limits();
         let binding = device_limits.max_storage_buffer_binding_size.min(device_limits.max_buffer_size);
         let (kernels, data) = match source {
-            Source::Volume(_) => (self.volume.clone(), Arc::default()),
+            Source::Volume(volume) => (self.volume_kernels(volume.values().scalar())?, Arc::default()),
             Source::Field(field, _) => {
                 let wgsl = field.wgsl()?;
                 (self.field_kernels(&wgsl)?, wgsl.data)
@@ -146,8 +163,7 @@ impl Extractor {
             fixed: 3 * data_bytes,
             adapter: &gpu.info.name,
         };
-        let is_volume = matches!(source, Source::Volume(_));
-        let plan = Plan::new(source.grid(), is_volume, limits, most)?;
+        let plan = Plan::new(source.grid(), source.scalar(), limits, most)?;
         let uploaded = old.filter(|_| plan.slab_count() == 1).and_then(Workspace::into_uploaded);
         let is_there = uploaded.is_some();
         let workspace = Workspace::new(gpu, source, plan, kernels, data, uploaded)?;
@@ -169,8 +185,7 @@ impl Extractor {
     /// [`ExtractError::OtherSource`], [`ExtractError::TooManyParameters`], [`ExtractError::NoForm`],
     /// [`ExtractError::Gpu`].
     pub fn set_source(&self, space: &Workspace, source: &Source<'_>) -> Result<(), ExtractError> {
-        let same_kind = matches!(source, Source::Volume(_)) == space.is_volume;
-        if !same_kind || *source.grid() != space.grid {
+        if source.scalar() != space.scalar || *source.grid() != space.grid {
             return Err(ExtractError::OtherSource);
         }
         let Source::Field(field, _) = source else { return Ok(()) };

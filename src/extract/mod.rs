@@ -25,7 +25,7 @@ use crate::grid::{Grid, SAMPLES_PER_BRICK};
 use crate::stage::inside::from_order_key;
 use crate::stage::params::Params;
 use crate::stage::sample::cpu::sample;
-use crate::volume::Volume;
+use crate::volume::{Scalar, Volume};
 use rayon::prelude::*;
 
 /// What is meshed.
@@ -43,6 +43,14 @@ impl Source<'_> {
         match self {
             Source::Field(_, grid) => grid,
             Source::Volume(volume) => volume.grid(),
+        }
+    }
+
+    /// The type of a volume's samples.
+    pub(crate) fn scalar(&self) -> Option<Scalar> {
+        match self {
+            Source::Field(..) => None,
+            Source::Volume(volume) => Some(volume.values().scalar()),
         }
     }
 

@@ -19,6 +19,7 @@ use crate::stage::cull::Bounds;
 use crate::stage::cull::map::BrickMap;
 use crate::stage::params::{Params, Work};
 use crate::stage::sample::BRICK_BYTES;
+use crate::volume::Scalar;
 use glam::UVec3;
 use std::collections::BTreeSet;
 
@@ -133,22 +134,27 @@ impl Plan {
     ///
     /// # Errors
     /// [`ExtractError::Budget`], [`ExtractError::Binding`] if even the least slab is too much.
-    pub fn new(grid: &Grid, is_volume: bool, limits: Limits<'_>, most: Most) -> Result<Self, ExtractError> {
+    pub fn new(
+        grid: &Grid,
+        volume: Option<Scalar>,
+        limits: Limits<'_>,
+        most: Most,
+    ) -> Result<Self, ExtractError> {
         let cuts = || std::iter::successors(Some(most.own.min(grid.bricks())), |&own| finer(own));
         // What is bound and counted limits the active bricks of a slab, which are not known yet, and not all its bricks.
         let slots = most.slots.min((limits.binding / RECORD_BYTES).clamp(1, MOST_SLOTS) as u32);
         let most = Most { slots, ..most };
         let allowed =
-            |plan: &Self| plan.largest_binding(is_volume) <= limits.binding && plan.bricks < u32::MAX;
+            |plan: &Self| plan.largest_binding(volume.is_some()) <= limits.binding && plan.bricks < u32::MAX;
         let limits_of = |budget| Limits { budget, ..limits };
-        let with = |own, budget| Self::with_own(grid, is_volume, limits_of(budget), Most { own, ..most });
+        let with = |own, budget| Self::with_own(grid, volume, limits_of(budget), Most { own, ..most });
         // Not always the finest cut: each slab leaves something to be remembered.
         let least = cuts().map(|own| with(own, 0)).filter(allowed).min_by_key(|plan| plan.bytes);
         let Some(least) = least else {
             let finest = with(cuts().last().unwrap_or(UVec3::ONE), 0);
             return Err(ExtractError::Binding {
                 bricks: finest.bricks.into(),
-                needed: finest.largest_binding(is_volume),
+                needed: finest.largest_binding(volume.is_some()),
                 limit: limits.binding,
                 adapter: limits.adapter.into(),
             });
@@ -159,7 +165,7 @@ impl Plan {
             return Err(ExtractError::Budget { what, needed: least_bytes, budget: limits.budget });
         }
         // Of what the volume leaves, scratch gets half where it can: the rest is the mesh's.
-        let fixed = limits.fixed + if is_volume { 4 * grid.point_count() } else { 0 };
+        let fixed = limits.fixed + volume.map_or(0, |scalar| scalar.size() as u64 * grid.point_count());
         let half = fixed.saturating_add(limits.budget.saturating_sub(fixed) / 2);
         let fitting =
             cuts().map(|own| with(own, limits.budget)).filter(allowed).find(|plan| plan.bytes <= half);
@@ -182,7 +188,7 @@ impl Plan {
         4 * Bounds::list_words(self.extent())
     }
 
-    fn with_own(grid: &Grid, is_volume: bool, limits: Limits<'_>, most: Most) -> Self {
+    fn with_own(grid: &Grid, volume: Option<Scalar>, limits: Limits<'_>, most: Most) -> Self {
         let own = most.own;
         let (grid_bricks, grid_points) = (grid.bricks(), grid.points());
         let across = (grid_bricks + own - 1) / own;
@@ -192,9 +198,10 @@ impl Plan {
         // The map and its partial sums, and ranges or lists of boxes.
         let map = 8 * BrickMap::word_count(bricks) + bricks / 256;
         let of_bricks =
-            if is_volume { 8 * bricks } else { 4 * Bounds::list_words((own + 1).min(grid_bricks)) };
+            if volume.is_some() { 8 * bricks } else { 4 * Bounds::list_words((own + 1).min(grid_bricks)) };
         let scratch = map + of_bricks + (slots + 1) * SLOT_BYTES + slabs * SLAB_BYTES + 4096;
-        let (source_bytes, batch_slots, host_bytes) = if is_volume {
+        let (source_bytes, batch_slots, host_bytes) = if let Some(scalar) = volume {
+            let size = scalar.size() as u64;
             // The first slab is as large as any along an axis with two, or else the second is, since it has
             // a point below.
             let points = |first: UVec3| {
@@ -202,10 +209,11 @@ impl Plan {
                 points
             };
             let most = points(UVec3::ZERO).max(points(own.min(grid_bricks - 1)));
-            let bytes = 4 * most.to_array().map(u64::from).iter().product::<u64>();
-            let row = 4 * u64::from(most.x);
-            let on_their_way = bytes.min(2 * UPLOAD_BYTES.max(row));
-            (bytes, slots, 4 * grid.point_count() + on_their_way)
+            let bytes = size * most.to_array().map(u64::from).iter().product::<u64>();
+            let bytes = bytes.next_multiple_of(4);
+            let row = size * u64::from(most.x);
+            let on_their_way = bytes.min(2 * UPLOAD_BYTES.max(4 * row));
+            (bytes, slots, size * grid.point_count() + on_their_way)
         } else {
             // The smaller the batches, the more there are of them.
             let own_bytes = slots.div_ceil(LEAST_BATCH) * BATCH_OWN_BYTES;
@@ -337,7 +345,7 @@ mod tests {
         let mut own = grid.bricks();
         let mut cuts = 0;
         loop {
-            let plan = Plan::new(&grid, true, limits, Most { own, slots: u32::MAX }).unwrap();
+            let plan = Plan::new(&grid, Some(Scalar::F32), limits, Most { own, slots: u32::MAX }).unwrap();
             assert_eq!(plan.own, own);
             let mut next = 0;
             for slab in plan.slabs() {
@@ -375,7 +383,7 @@ mod tests {
         let limits = Limits { binding: 128 << 20, budget: 1 << 34, fixed: 0, adapter: "" };
         for cells in [[6000, 6000, 8], [8, 60_000, 6000], [1 << 20, 40, 9], [3000; 3]] {
             let grid = Grid::from_bounds(cells, Vec3::ZERO, Vec3::ONE).unwrap();
-            let plan = Plan::new(&grid, false, limits, ANY).unwrap();
+            let plan = Plan::new(&grid, None, limits, ANY).unwrap();
             assert!(plan.largest_binding(false) <= limits.binding, "{cells:?}");
             assert!(plan.slab_count() > 1, "{cells:?}");
         }
@@ -384,20 +392,20 @@ mod tests {
     /// What is named suffices, whatever was asked for first; batches count with what they take themselves.
     #[test]
     fn the_least_need_is_one_figure() {
-        let with = |cells, is_volume, budget| {
+        let with = |cells, volume, budget| {
             let grid = Grid::from_bounds(cells, Vec3::ZERO, Vec3::ONE).unwrap();
-            Plan::new(&grid, is_volume, Limits { binding: 1 << 31, budget, fixed: 0, adapter: "" }, ANY)
+            Plan::new(&grid, volume, Limits { binding: 1 << 31, budget, fixed: 0, adapter: "" }, ANY)
         };
         // Of the last one the finest cut is not the smallest: it has so many slabs.
         for cells in [[64; 3], [400, 30, 9], [5000, 100, 900], [1 << 20, 100, 100]] {
-            for is_volume in [false, true] {
-                let least = with(cells, is_volume, u64::MAX).unwrap().least_bytes;
+            for volume in [None, Some(Scalar::F32), Some(Scalar::U8)] {
+                let least = with(cells, volume, u64::MAX).unwrap().least_bytes;
                 for budget in [0, least / 2, least - 1] {
-                    let found = with(cells, is_volume, budget);
+                    let found = with(cells, volume, budget);
                     assert!(matches!(found, Err(ExtractError::Budget { needed, .. }) if needed == least));
                 }
                 for budget in [least, least + least / 3, 2 * least, 5 * least] {
-                    let plan = with(cells, is_volume, budget).unwrap();
+                    let plan = with(cells, volume, budget).unwrap();
                     assert!(
                         plan.bytes <= budget && plan.least_bytes == least,
                         "{cells:?}, {budget}: {plan:?}"
@@ -412,8 +420,8 @@ mod tests {
         }
         let grid = Grid::from_bounds([1 << 20, 100, 100], Vec3::ZERO, Vec3::ONE).unwrap();
         let limits = Limits { binding: 1 << 31, budget: 0, fixed: 0, adapter: "" };
-        let finest = Plan::with_own(&grid, false, limits, Most { own: UVec3::new(LEAST_RUN, 1, 1), ..ANY });
-        assert!(with([1 << 20, 100, 100], false, u64::MAX).unwrap().least_bytes < finest.bytes);
+        let finest = Plan::with_own(&grid, None, limits, Most { own: UVec3::new(LEAST_RUN, 1, 1), ..ANY });
+        assert!(with([1 << 20, 100, 100], None, u64::MAX).unwrap().least_bytes < finest.bytes);
     }
 
     #[test]
@@ -421,9 +429,12 @@ mod tests {
         let grid = Grid::from_bounds([64; 3], Vec3::ZERO, Vec3::ONE).unwrap();
         let limits = Limits { binding: u64::MAX, budget: 1000, fixed: 0, adapter: "" };
         assert!(
-            matches!(Plan::new(&grid, true, limits, ANY), Err(ExtractError::Budget { needed, .. }) if needed > 1000)
+            matches!(Plan::new(&grid, Some(Scalar::F32), limits, ANY), Err(ExtractError::Budget { needed, .. }) if needed > 1000)
         );
         let limits = Limits { binding: 1000, budget: u64::MAX, fixed: 0, adapter: "" };
-        assert!(matches!(Plan::new(&grid, true, limits, ANY), Err(ExtractError::Binding { .. })));
+        assert!(matches!(
+            Plan::new(&grid, Some(Scalar::F32), limits, ANY),
+            Err(ExtractError::Binding { .. })
+        ));
     }
 }

@@ -13,27 +13,24 @@ impl Extractor {
     /// Puts a volume's slab on the GPU and builds its range table.
     pub(super) fn upload(&self, space: &Workspace, volume: &Volume, slab: Slab) -> Result<(), GpuError> {
         let gpu = &self.gpu;
-        let row_bytes = 4 * slab.points.x as usize;
+        let values = volume.values();
+        let size = values.scalar().size();
+        let row_bytes = size * slab.points.x as usize;
         let rows = slab.points.y as usize * slab.points.z as usize;
-        let rows_a_piece = (UPLOAD_BYTES as usize / row_bytes).max(1);
-        // The shaders read f32.
-        let mut numbers = vec![0.0; slab.points.x as usize];
+        // Pieces begin with a word.
+        let rows_a_piece = (UPLOAD_BYTES as usize / row_bytes).max(1).next_multiple_of(4);
         let mut before = None;
         for first in (0..rows).step_by(rows_a_piece) {
             let rows = first..rows.min(first + rows_a_piece);
-            let bytes = (row_bytes * rows.len()) as u64;
+            let bytes = (row_bytes * rows.len()).next_multiple_of(4) as u64;
             let submitted = gpu.guarded("samples", space.plan.source_bytes, || {
-                let size = NonZeroU64::new(bytes)?;
+                let length = NonZeroU64::new(bytes)?;
                 let at = (row_bytes * first) as u64;
-                let mut view = gpu.queue.write_buffer_with(&space.source, at, size)?;
+                let mut view = gpu.queue.write_buffer_with(&space.source, at, length)?;
                 for (i, row) in rows.enumerate() {
-                    volume
-                        .values()
-                        .as_slice()
-                        .range(row_of_box(&space.grid, slab, row))
-                        .write_f32(&mut numbers);
-                    view.slice(row_bytes * i..row_bytes * (i + 1))
-                        .copy_from_slice(bytemuck::cast_slice(&numbers));
+                    let samples = row_of_box(&space.grid, slab, row);
+                    let samples = &values.bytes()[size * samples.start..size * samples.end];
+                    view.slice(row_bytes * i..row_bytes * (i + 1)).copy_from_slice(samples);
                 }
                 drop(view);
                 Some(gpu.queue.submit([]))

@@ -14,6 +14,7 @@ use crate::stage::normals::Normals;
 use crate::stage::params::{Params, Work};
 use crate::stage::sample::Sample;
 use crate::stage::shaders::{self, Samples};
+use crate::volume::Scalar;
 use std::sync::Arc;
 use wgpu::BufferUsages as U;
 
@@ -32,7 +33,7 @@ pub(crate) struct SourceKernels {
 impl SourceKernels {
     pub(super) fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
         let (sample, bounds) = match samples {
-            Samples::Volume => (None, None),
+            Samples::Volume(_) => (None, None),
             Samples::Field(wgsl) => (Some(Sample::new(gpu, wgsl)?), Bounds::new(gpu, wgsl)?),
         };
         let classify_samples =
@@ -54,6 +55,8 @@ pub struct Workspace {
     pub(super) grid: Grid,
     pub(super) sense: crate::field::Sense,
     pub(crate) is_volume: bool,
+    /// The type of a volume's samples.
+    pub(crate) scalar: Option<Scalar>,
     /// Whether the bits of the map are set already, once, for the one slab that there is: cull leaves them as they are.
     pub(crate) is_marked: bool,
     pub(crate) plan: Plan,
@@ -121,7 +124,8 @@ impl Workspace {
             slots: plan.slots,
             ..Work::default()
         };
-        let is_volume = matches!(source, Source::Volume(_));
+        let scalar = source.scalar();
+        let is_volume = scalar.is_some();
         let Uploaded { source: samples, ranges, odd } = match uploaded {
             Some(uploaded) => uploaded,
             None => Uploaded {
@@ -135,6 +139,7 @@ impl Workspace {
             grid: *source.grid(),
             sense: source.sense(),
             is_volume,
+            scalar,
             is_marked: false,
             kernels,
             field_parameters: gpu.buffer(

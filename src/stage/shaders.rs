@@ -5,6 +5,7 @@ use crate::field::Wgsl;
 use crate::field::differences::Normals;
 use crate::gpu::Form;
 use crate::stage::scan::{Scanned, group_and_run};
+use crate::volume::Scalar;
 
 const PARAMS: &str = include_str!("../../shaders/shared/params.wgsl");
 const WORK: &str = include_str!("../../shaders/shared/work.wgsl");
@@ -19,6 +20,7 @@ pub const FUNCTIONS: &str = include_str!("../../shaders/shared/functions.wgsl");
 /// Gradient noise, to be linked where a field calls it; twin of [`crate::field::noise`].
 pub const NOISE: &str = include_str!("../../shaders/shared/noise.wgsl");
 const VOLUME: &str = include_str!("../../shaders/source/volume.wgsl");
+const PACKED: &str = include_str!("../../shaders/source/packed.wgsl");
 const BRICKS: &str = include_str!("../../shaders/source/bricks.wgsl");
 const EVALUATE: &str = include_str!("../../shaders/source/evaluate.wgsl");
 const GROUP_SERIAL: &str = include_str!("../../shaders/group/serial.wgsl");
@@ -57,10 +59,25 @@ const WRITE_MAP: &str = "@group(0) @binding(4) var<storage, read_write> map: arr
 /// Where the stages find samples and normals.
 #[derive(Debug, Clone, Copy)]
 pub enum Samples<'a> {
-    /// In a box of a volume.
-    Volume,
+    /// In a box of a volume, in one of the types that volumes keep.
+    Volume(Scalar),
     /// In the bricks that the sample stage wrote of a field.
     Field(&'a Wgsl),
+}
+
+/// A box of a volume whose samples are of that type.
+fn volume(scalar: Scalar) -> String {
+    let stored = match scalar {
+        Scalar::U8 | Scalar::I8 | Scalar::U16 | Scalar::I16 => {
+            let is_signed = matches!(scalar, Scalar::I8 | Scalar::I16);
+            format!("const BITS = {}u;\nconst SIGNED = {is_signed};\n{PACKED}", 8 * scalar.size())
+        }
+        // No volume keeps any other.
+        Scalar::F32 | Scalar::U32 | Scalar::I32 | Scalar::F64 => {
+            "fn stored(i: u32) -> u32 { return source[i]; }\n".into()
+        }
+    };
+    link(&[VOLUME, &stored])
 }
 
 fn link(parts: &[&str]) -> String {
@@ -88,10 +105,10 @@ fn field_part(wgsl: &Wgsl, functions: &str) -> String {
 /// Everything of cull; `range` reads the samples.
 pub fn cull(samples: Samples<'_>) -> String {
     let source = match samples {
-        Samples::Volume => VOLUME,
-        Samples::Field(_) => BRICKS,
+        Samples::Volume(scalar) => volume(scalar),
+        Samples::Field(_) => BRICKS.into(),
     };
-    link(&[PARAMS, WORK, INSIDE, GRID, source, STRADDLES, WRITE_MAP, MAP, CULL])
+    link(&[PARAMS, WORK, INSIDE, GRID, &source, STRADDLES, WRITE_MAP, MAP, CULL])
 }
 
 /// The bits of a field's bricks, if it has intervals.
@@ -125,7 +142,7 @@ pub fn classify_samples(wgsl: &Wgsl, form: Form) -> bool {
 /// The classify stage.
 pub fn classify(samples: Samples<'_>, form: Form) -> String {
     let source = match samples {
-        Samples::Volume => VOLUME.into(),
+        Samples::Volume(scalar) => volume(scalar),
         Samples::Field(wgsl) if classify_samples(wgsl, form) => {
             link(&[&field_part(wgsl, &wgsl.value), EVALUATE])
         }
@@ -148,7 +165,7 @@ pub fn scan(scanned: Scanned, form: Form) -> String {
 /// The emit stage; `normals` says where a field's come from.
 pub fn emit(samples: Samples<'_>, normals: Normals, form: Form) -> String {
     let source = match samples {
-        Samples::Volume => link(&[VOLUME, NO_LOOPS]),
+        Samples::Volume(scalar) => link(&[&volume(scalar), NO_LOOPS]),
         Samples::Field(wgsl) => {
             let functions = match (normals, &wgsl.gradient) {
                 (Normals::Exact, Some(own)) => own.to_string(),
@@ -169,10 +186,10 @@ pub fn emit(samples: Samples<'_>, normals: Normals, form: Form) -> String {
     link(&[&shared, &source, lanes, rows, edges, EMIT])
 }
 
-/// The tracker's continuation, for samples of a volume or for those that were taken of a field.
-pub fn track(of_volume: bool) -> String {
-    let source = if of_volume { VOLUME } else { BRICKS };
-    link(&[PARAMS, WORK, INSIDE, GRID, source, TRACK])
+/// The tracker's continuation, for samples of a volume of that type, or for those that were taken of a field.
+pub fn track(of_volume: Option<Scalar>) -> String {
+    let source = of_volume.map_or(BRICKS.into(), volume);
+    link(&[PARAMS, WORK, INSIDE, GRID, &source, TRACK])
 }
 
 /// The components of a mesh.

@@ -15,6 +15,7 @@ use super::shaders::{self, Samples};
 use crate::field::Wgsl;
 use crate::gpu::kernel::{Bindings, Kernel};
 use crate::gpu::{Gpu, GpuError};
+use crate::volume::Scalar;
 
 /// The kernels of the stage.
 #[derive(Debug)]
@@ -103,7 +104,8 @@ impl Cull {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let source = shaders::cull(Samples::Volume);
+        // These kernels read no samples.
+        let source = shaders::cull(Samples::Volume(Scalar::F32));
         Ok(Self {
             cull: Kernel::new(gpu, &source, "cull", &[])?,
             keep_all: Kernel::new(gpu, &source, "keep_all", &[])?,

@@ -12,13 +12,21 @@ use crate::field::Wgsl;
 use crate::field::differences::Normals;
 use crate::gpu::kernel::{Bindings, Kernel};
 use crate::gpu::{Gpu, GpuError};
+use crate::volume::Scalar;
 use std::sync::OnceLock;
+
+/// What kernels of vertices are made of.
+#[derive(Debug)]
+enum Source {
+    Volume(Scalar),
+    /// The field's text.
+    Field(Box<Wgsl>),
+}
 
 /// The kernels of the stage.
 #[derive(Debug)]
 pub struct Emit {
-    /// The field's text; none of a volume.
-    field: Option<Wgsl>,
+    source: Source,
     /// One for each kind of normals, compiled when it is first asked for.
     vertices: [OnceLock<Kernel>; 3],
     indices: Kernel,
@@ -33,15 +41,16 @@ impl Emit {
     pub fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
         // What makes normals is no part of these.
         let source = shaders::emit(samples, Normals::Exact, gpu.form());
-        let field = match samples {
-            Samples::Volume => None,
+        let kept = match samples {
+            Samples::Volume(scalar) => Source::Volume(scalar),
             // The texts ask whether there is data, which may be large.
             Samples::Field(wgsl) => {
-                Some(Wgsl { data: wgsl.data.iter().take(1).copied().collect(), ..wgsl.clone() })
+                let data = wgsl.data.iter().take(1).copied().collect();
+                Source::Field(Box::new(Wgsl { data, ..wgsl.clone() }))
             }
         };
         Ok(Self {
-            field,
+            source: kept,
             vertices: Default::default(),
             indices: Kernel::new(gpu, &source, "emit_indices", &[])?,
             totals: Kernel::new(gpu, &source, "totals", &[])?,
@@ -53,17 +62,19 @@ impl Emit {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn vertices(&self, gpu: &Gpu, normals: Normals) -> Result<&Kernel, GpuError> {
-        let has_own = self.field.as_ref().is_none_or(|wgsl| wgsl.gradient.is_some());
-        let kind = match normals {
-            _ if self.field.is_none() => 0,
-            Normals::Exact if has_own => 0,
-            Normals::Exact | Normals::Central { .. } => 1,
-            Normals::Forward { .. } => 2,
+        let kind = match (&self.source, normals) {
+            (Source::Volume(_), _) => 0,
+            (Source::Field(wgsl), Normals::Exact) if wgsl.gradient.is_some() => 0,
+            (Source::Field(_), Normals::Exact | Normals::Central { .. }) => 1,
+            (Source::Field(_), Normals::Forward { .. }) => 2,
         };
         if let Some(kernel) = self.vertices[kind].get() {
             return Ok(kernel);
         }
-        let samples = self.field.as_ref().map_or(Samples::Volume, Samples::Field);
+        let samples = match &self.source {
+            Source::Volume(scalar) => Samples::Volume(*scalar),
+            Source::Field(wgsl) => Samples::Field(wgsl),
+        };
         let kernel = Kernel::new(gpu, &shaders::emit(samples, normals, gpu.form()), "emit_vertices", &[])?;
         Ok(self.vertices[kind].get_or_init(|| kernel))
     }

@@ -10,9 +10,10 @@ use crate::gpu::kernel::Kernel;
 use crate::gpu::{Gpu, GpuError};
 use crate::stage::params::Work;
 use crate::stage::shaders;
+use crate::volume::Scalar;
 use components::Components;
-use std::collections::HashSet;
-use std::sync::OnceLock;
+use std::collections::{HashMap, HashSet};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Rounds that are recorded before it is asked whether there are more: a round without bricks costs next to nothing.
 const ROUNDS: u32 = 16;
@@ -20,8 +21,8 @@ const ROUNDS: u32 = 16;
 /// The kernels of the tracker, compiled when they are first asked for.
 #[derive(Debug, Default)]
 pub(crate) struct Kernels {
-    /// Of fields, of volumes.
-    follow: [OnceLock<Follow>; 2],
+    /// Of fields, and of volumes by their samples' type.
+    follow: Mutex<HashMap<Option<Scalar>, Arc<Follow>>>,
     components: OnceLock<Components>,
 }
 
@@ -32,8 +33,20 @@ struct Follow {
     spread: Kernel,
 }
 
+impl Kernels {
+    fn follow(&self, gpu: &Gpu, of_volume: Option<Scalar>) -> Result<Arc<Follow>, GpuError> {
+        let mut all = self.follow.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kernels) = all.get(&of_volume) {
+            return Ok(kernels.clone());
+        }
+        let kernels = Arc::new(Follow::new(gpu, of_volume)?);
+        all.insert(of_volume, kernels.clone());
+        Ok(kernels)
+    }
+}
+
 impl Follow {
-    fn new(gpu: &Gpu, of_volume: bool) -> Result<Self, GpuError> {
+    fn new(gpu: &Gpu, of_volume: Option<Scalar>) -> Result<Self, GpuError> {
         let source = shaders::track(of_volume);
         Ok(Self {
             begin: Kernel::new(gpu, &source, "begin", &[])?,
@@ -120,8 +133,7 @@ impl Extractor {
             return Ok(Some(starts.bricks.len() as u32));
         }
         let gpu = &self.gpu;
-        let cell = &self.track.follow[usize::from(space.is_volume)];
-        let kernels = made(cell, || Follow::new(gpu, space.is_volume))?;
+        let kernels = self.track.follow(gpu, space.scalar)?;
         let work = Work {
             queued: starts.bricks.len() as u32,
             batch_slots: space.plan.batch_slots,
