@@ -271,9 +271,9 @@ fn on_gpu(
     settings: &Options,
 ) -> Result<Times, ExtractError> {
     // The first dispatch of a pipeline compiles it.
-    extractor.extract(source, settings)?;
+    let report = extractor.extract(source, settings)?.report;
     let (mut times, start) = (Times::default(), Instant::now());
-    let mut space = match extractor.prepare(source, settings.memory_budget) {
+    let mut space = match extractor.prepare_for(source, settings.memory_budget, report.active_bricks as u32) {
         Ok(space) => Some(space),
         Err(ExtractError::Binding { .. }) => None,
         Err(error) => return Err(error),

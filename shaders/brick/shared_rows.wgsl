@@ -1,6 +1,8 @@
 // What classify and emit look up of a brick, brought together by its workgroup: for GPUs, where 64 invocations read side
 // by side. The other form: serial_rows.wgsl.
 
+// The samples come by `test_samples`: of read_samples.wgsl, or of shaders/source/evaluate.wgsl.
+
 // Inside bits of the nine points of row y + 9 z; in the upper half, which of them are NaN or infinite.
 var<workgroup> brick_rows: array<atomic<u32>, 81>;
 
@@ -10,15 +12,17 @@ fn load_rows(slot: u32, origin: vec3<u32>, lane: u32, live: bool) {
     atomicStore(&brick_rows[min(lane + 64u, 80u)], 0u);
     workgroupBarrier();
     if live {
-        for (var i = lane; i < 729u; i += 64u) {
-            let bits = take_sample(slot, origin, i);
-            let found = u32(is_inside(bits)) | (u32(!is_finite(bits)) << 16u);
-            if found != 0u {
-                atomicOr(&brick_rows[i / 9u], found << (i % 9u));
-            }
-        }
+        test_samples(slot, origin, lane);
     }
     workgroupBarrier();
+}
+
+// Notes what the bits of the brick's sample number `i` say.
+fn note_sample(i: u32, bits: u32) {
+    let found = u32(is_inside(bits)) | (u32(!is_finite(bits)) << 16u);
+    if found != 0u {
+        atomicOr(&brick_rows[i / 9u], found << (i % 9u));
+    }
 }
 
 // Inside bits of the rows (y, z), (y+1, z), (y, z+1), (y+1, z+1).

@@ -4,6 +4,7 @@ use super::values::{
     RefineArg, Size, Triple, bounds, byte_count, cells, degrees, dims, parameter, refine, size, triple,
 };
 use crate::field::Sense;
+use crate::gpu::Form;
 use crate::render::Shade;
 use crate::volume::{Endian, Scalar};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -423,6 +424,10 @@ pub struct BenchArgs {
     #[arg(long)]
     pub roofline: bool,
 
+    /// The form of the kernels on the GPU: how workgroups share their work [default: the adapter's best, which `info` tells]
+    #[arg(long, value_enum)]
+    pub form: Option<FormArg>,
+
     /// Sweep so many iso values over volumes that lie on the GPU
     #[arg(long, value_name = "VALUES", default_value_t = 0)]
     pub sweep: u32,
@@ -446,6 +451,26 @@ pub struct BenchArgs {
     /// Do not tell what is being measured
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum FormArg {
+    /// Each invocation for itself, with few barriers
+    Serial,
+    /// Through memory of the workgroup
+    Shared,
+    /// By subgroup operations
+    Subgroup,
+}
+
+impl From<FormArg> for Form {
+    fn from(form: FormArg) -> Self {
+        match form {
+            FormArg::Serial => Self::Serial,
+            FormArg::Shared => Self::Shared,
+            FormArg::Subgroup => Self::Subgroup,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -35,6 +35,12 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
         ),
         super::args::Backend::Auto => Gpu::open(AdapterChoice::Best).ok(),
     };
+    let gpu = match (gpu, args.form) {
+        (Some(gpu), Some(form)) => Some(gpu.with_form(form.into()).ok_or_else(|| {
+            Failure::run("this adapter has no subgroup operations of one size: take another --form")
+        })?),
+        (gpu, _) => gpu,
+    };
     let options = BenchOptions {
         sizes: args.sizes.clone(),
         cases: args.cases.clone(),

@@ -28,8 +28,9 @@ const GROUP_SHARED: &str = include_str!("../../shaders/group/shared.wgsl");
 const GROUP_SUBGROUP: &str = include_str!("../../shaders/group/subgroup.wgsl");
 const SERIAL_ROWS: &str = include_str!("../../shaders/brick/serial_rows.wgsl");
 const SHARED_ROWS: &str = include_str!("../../shaders/brick/shared_rows.wgsl");
-const SERIAL_EDGES: &str = include_str!("../../shaders/brick/serial_edges.wgsl");
-const SHARED_EDGES: &str = include_str!("../../shaders/brick/shared_edges.wgsl");
+const READ_SAMPLES: &str = include_str!("../../shaders/brick/read_samples.wgsl");
+const EMIT_SERIAL: &str = include_str!("../../shaders/emit/serial.wgsl");
+const EMIT_SHARED: &str = include_str!("../../shaders/emit/shared.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
 const CENTRAL: &str = include_str!("../../shaders/source/central.wgsl");
 const FORWARD: &str = include_str!("../../shaders/source/forward.wgsl");
@@ -133,6 +134,14 @@ fn group(form: Form, invocations: u32) -> String {
     }
 }
 
+/// How a brick's inside bits are found in samples that are there.
+fn rows(form: Form) -> String {
+    match form {
+        Form::Serial => SERIAL_ROWS.into(),
+        Form::Shared | Form::Subgroup => link(&[SHARED_ROWS, READ_SAMPLES]),
+    }
+}
+
 /// Whether classify takes a field's samples itself: where workgroups share what they find, and where it is no matter how
 /// many samples an invocation takes.
 pub fn classify_samples(wgsl: &Wgsl, form: Form) -> bool {
@@ -148,7 +157,11 @@ pub fn classify(samples: Samples<'_>, form: Form) -> String {
         }
         Samples::Field(_) => BRICKS.into(),
     };
-    let rows = if form == Form::Serial { SERIAL_ROWS } else { SHARED_ROWS };
+    let rows = match samples {
+        Samples::Field(wgsl) if classify_samples(wgsl, form) => SHARED_ROWS.into(),
+        _ => rows(form),
+    };
+    let rows = rows.as_str();
     link(&[&group(form, 64), PARAMS, WORK, INSIDE, GRID, RECORD, &source, ROW, rows, CLASSIFY])
 }
 
@@ -178,12 +191,9 @@ pub fn emit(samples: Samples<'_>, normals: Normals, form: Form) -> String {
     // A brick has at most 1536 vertices. Where loops are counted an invocation should make few of them.
     let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
     let lanes = if counted { "const LANES = 256u;" } else { "const LANES = 64u;" };
-    let (rows, edges) = match form {
-        Form::Serial => (SERIAL_ROWS, SERIAL_EDGES),
-        Form::Shared | Form::Subgroup => (SHARED_ROWS, SHARED_EDGES),
-    };
-    let shared = [PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, READ_MAP, MAP, ROW, UNIT].join("\n");
-    link(&[&shared, &source, lanes, rows, edges, EMIT])
+    let of_form = if form == Form::Serial { EMIT_SERIAL } else { EMIT_SHARED };
+    let shared = link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, READ_MAP, MAP, ROW, UNIT]);
+    link(&[&shared, &source, lanes, &rows(form), EMIT, of_form])
 }
 
 /// The tracker's continuation, for samples of a volume of that type, or for those that were taken of a field.

@@ -1,0 +1,95 @@
+// emit where each invocation looks up and writes what it makes by itself: for software adapters, to which a barrier costs
+// more than reading again. The other form: shared.wgsl.
+
+// The edge of vertex `k` of a brick: its owner's x, y, z and its axis.
+fn edge_of_vertex(slot: u32, k: u32) -> vec4<u32> {
+    var z = 0u;
+    for (var i = 1u; i < 8u; i++) {
+        z += u32((records[slot].planes[i] & 0xffffu) <= k);
+    }
+    let in_plane = k - (records[slot].planes[z] & 0xffffu);
+    var y = 0u;
+    for (var i = 1u; i < 8u; i++) {
+        y += u32((records[slot].rows[8u * z + i] >> 24u) <= in_plane);
+    }
+    let row = records[slot].rows[8u * z + y];
+    var edges = row & 0xffffffu;
+    for (var skip = in_plane - (row >> 24u); skip > 0u; skip--) {
+        edges &= edges - 1u;
+    }
+    let bit = countTrailingZeros(edges);
+    return vec4<u32>(bit & 7u, y, z, bit >> 3u);
+}
+
+@compute @workgroup_size(LANES)
+fn emit_vertices(
+    @builtin(local_invocation_index) lane: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let slot = slot_of(group, groups);
+    if slot >= batch_end(work.own_active) {
+        return;
+    }
+    let origin = brick_origin(active_list[slot]);
+    let first = offsets[slot].x;
+    let count = offsets[slot + 1u].x - first;
+    for (var k = lane; k < count; k += LANES) {
+        let place = params.first_vertices.x + first + k - params.vertex_window;
+        if place >= params.vertex_capacity {
+            break;
+        }
+        let vertex = make_vertex(slot, origin, edge_of_vertex(slot, k));
+        let out = 6u * place;
+        vertices[out] = vertex.position.x;
+        vertices[out + 1u] = vertex.position.y;
+        vertices[out + 2u] = vertex.position.z;
+        vertices[out + 3u] = vertex.normal.x;
+        vertices[out + 4u] = vertex.normal.y;
+        vertices[out + 5u] = vertex.normal.z;
+    }
+    report_runaway();
+}
+
+// Number of the vertex on the edge that is bit `bit` of row `row` of the brick.
+fn own_vertex(row: u32, bit: u32, slot: u32) -> u32 {
+    let word = records[slot].rows[row];
+    let before = (records[slot].planes[row / 8u] & 0xffffu) + (word >> 24u) + countOneBits(word & ((1u << bit) - 1u));
+    return params.first_vertices.x + offsets[slot].x + before;
+}
+
+// One invocation a row.
+@compute @workgroup_size(64)
+fn emit_indices(
+    @builtin(local_invocation_index) row: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let slot = slot_of(group, groups);
+    if slot >= batch_end(work.own_active) {
+        return;
+    }
+    let brick = active_list[slot];
+    let origin = brick_origin(brick);
+    let y = row % 8u;
+    let z = row / 8u;
+    let in_plane = (records[slot].triangles[row / 2u] >> (16u * (row & 1u))) & 0xffffu;
+    var triangle = params.first_triangle + offsets[slot].y + (records[slot].planes[z] >> 16u) + in_plane;
+    triangle -= params.triangle_window;
+    let shape = row_shape(origin, y, z);
+    let bits = rows_at(slot, origin, y, z);
+    for (var mixed = mixed_cells(bits, shape); mixed != 0u; mixed &= mixed - 1u) {
+        let x = countTrailingZeros(mixed);
+        let case_byte = cell_case(bits, x);
+        let count = table_words(case_byte).x & 15u;
+        for (var t = 0u; t < count; t++) {
+            if triangle < params.triangle_capacity {
+                let corners = triangle_of(t, case_byte, vec3<u32>(x, y, z), brick, slot);
+                indices[3u * triangle] = corners.x;
+                indices[3u * triangle + 1u] = corners.y;
+                indices[3u * triangle + 2u] = corners.z;
+            }
+            triangle++;
+        }
+    }
+}
