@@ -6,6 +6,7 @@ use super::plan::{Limits, Plan, Slab};
 use super::workspace::{SourceKernels, Workspace};
 use super::{ExtractError, Options, Source, check};
 use crate::field::{PARAMETER_VECTORS, Wgsl};
+use crate::gpu::kernel::Latest;
 use crate::gpu::{Gpu, GpuError, Timer};
 use crate::grid::Grid;
 use crate::stage::cull::Cull;
@@ -14,12 +15,9 @@ use crate::stage::scan::Scan;
 use crate::stage::shaders::Samples;
 use crate::table::MARCHING_CUBES;
 use glam::UVec3;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 use wgpu::BufferUsages as U;
-
-/// Fields whose pipelines are kept.
-const MOST_FIELDS: usize = 64;
 
 /// The WGSL of a field.
 type Texts = [Arc<str>; 3];
@@ -36,8 +34,8 @@ pub struct Extractor {
     pub(super) table: wgpu::Buffer,
     pub(super) volume: Arc<SourceKernels>,
     pub(crate) track: crate::track::Kernels,
-    /// The latest used last.
-    fields: Mutex<Vec<(Texts, Arc<SourceKernels>)>>,
+    pub(crate) refine: crate::refine::Kernels,
+    fields: Latest<Texts, SourceKernels>,
 }
 
 impl Extractor {
@@ -57,7 +55,8 @@ impl Extractor {
             table,
             volume: Arc::new(SourceKernels::new(&gpu, Samples::Volume)?),
             track: Default::default(),
-            fields: Mutex::default(),
+            refine: Default::default(),
+            fields: Default::default(),
             gpu,
         })
     }
@@ -68,19 +67,10 @@ impl Extractor {
     }
 
     fn field_kernels(&self, wgsl: &Wgsl) -> Result<Arc<SourceKernels>, GpuError> {
-        let mut fields = self.fields.lock().unwrap_or_else(PoisonError::into_inner);
         let none = || Arc::from("");
         let [gradient, interval] = [&wgsl.gradient, &wgsl.interval].map(|t| t.clone().unwrap_or_else(none));
         let key = [wgsl.value.clone(), gradient, interval];
-        let kernels = match fields.iter().position(|(known, _)| *known == key) {
-            Some(place) => fields.remove(place).1,
-            None => Arc::new(SourceKernels::new(&self.gpu, Samples::Field(wgsl))?),
-        };
-        if fields.len() == MOST_FIELDS {
-            fields.remove(0);
-        }
-        fields.push((key, kernels.clone()));
-        Ok(kernels)
+        self.fields.get(key, || SourceKernels::new(&self.gpu, Samples::Field(wgsl)))
     }
 
     /// Makes the buffers for `source` within `memory_budget` bytes, compiles its kernels (with exact normals) and

@@ -6,7 +6,7 @@ use super::cpu::starts;
 use super::{Seeds, Starts, TrackError, TrackReport, search};
 use crate::extract::{ExtractError, Extraction, Extractor, Job, Options, Source, Workspace};
 use crate::field::user::MAX_ITERATIONS;
-use crate::gpu::kernel::Kernel;
+use crate::gpu::kernel::{Kernel, made};
 use crate::gpu::{Gpu, GpuError};
 use crate::stage::params::Work;
 use crate::stage::shaders;
@@ -42,15 +42,6 @@ impl Follow {
             spread: Kernel::new(gpu, &source, "spread", &[])?,
         })
     }
-}
-
-/// What is in the cell, made by `new` on the first call.
-fn made<T>(cell: &OnceLock<T>, new: impl FnOnce() -> Result<T, GpuError>) -> Result<&T, GpuError> {
-    if let Some(kernels) = cell.get() {
-        return Ok(kernels);
-    }
-    let kernels = new()?;
-    Ok(cell.get_or_init(|| kernels))
 }
 
 impl Extractor {
