@@ -11,8 +11,8 @@
 // The edge of each half-edge.
 @group(0) @binding(26) var<storage, read_write> edge_of: array<u32>;
 
-// The longest list that is sorted: software adapters end an invocation's loops in silence after 65,535 iterations.
-const LONGEST_FAN = 256u;
+// The longest list that is sorted.
+override longest_fan: u32;
 
 @compute @workgroup_size(64)
 fn count_fans(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
@@ -41,7 +41,7 @@ fn sort_fans(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgrou
     }
     let first = atomicLoad(&fans[2u * v]);
     let end = atomicLoad(&fans[2u * v + 2u]);
-    if end - first > LONGEST_FAN {
+    if end - first > longest_fan {
         atomicStore(&work.crowded, 1u);
         return;
     }

@@ -1,6 +1,7 @@
 //! Why a mesh was not refined.
 
 use super::MOST_LEVELS;
+use super::gpu::LONGEST_FAN;
 use crate::extract::ExtractError;
 use crate::field::NoForm;
 use crate::gpu::GpuError;
@@ -59,7 +60,9 @@ pub enum RefineError {
         vertex: usize,
     },
     /// A vertex has more edges than the GPU sorts.
-    #[error("a vertex of the mesh has more than 256 edges to vertices behind it: refine it on the CPU")]
+    #[error(
+        "more than {LONGEST_FAN} sides of triangles join one vertex of the mesh to vertices after it: refine it on the CPU"
+    )]
     Crowded,
     /// A search on the GPU was ended from outside.
     #[error(

@@ -6,6 +6,10 @@ use crate::gpu::{Gpu, GpuError};
 use crate::stage::shaders;
 use std::sync::{Arc, OnceLock};
 
+/// Half-edges from one vertex that are sorted: in the worst case in half the square of that many iterations, and
+/// lavapipe ends an invocation's loops in silence after 65,535.
+pub(in crate::refine) const LONGEST_FAN: u32 = 320;
+
 /// All kernels.
 #[derive(Debug, Default)]
 pub(crate) struct Kernels {
@@ -46,7 +50,8 @@ pub(super) struct Common {
 impl Common {
     pub(super) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let start = |entry| Kernel::new(gpu, &shaders::refine_start(), entry, &[]);
-        let edges = |entry| Kernel::new(gpu, &shaders::refine_edges(), entry, &[]);
+        let longest_fan = [("longest_fan", f64::from(LONGEST_FAN))];
+        let fans = |entry| Kernel::new(gpu, &shaders::refine_edges(), entry, &longest_fan);
         let marks = |entry| Kernel::new(gpu, &shaders::refine_marks(), entry, &[]);
         let tasks = |entry| Kernel::new(gpu, &shaders::refine_tasks(), entry, &[]);
         let cut = |entry| Kernel::new(gpu, &shaders::refine_cut(), entry, &[]);
@@ -56,9 +61,9 @@ impl Common {
             keep_proper: start("keep_proper")?,
             find_longest: start("find_longest")?,
             start_tasks: tasks("start_tasks")?,
-            count_fans: edges("count_fans")?,
-            fill_fans: edges("fill_fans")?,
-            sort_fans: edges("sort_fans")?,
+            count_fans: fans("count_fans")?,
+            fill_fans: fans("fill_fans")?,
+            sort_fans: fans("sort_fans")?,
             measure: marks("measure")?,
             close: marks("close")?,
             count_parts: marks("count_parts")?,

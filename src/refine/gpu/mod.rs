@@ -9,6 +9,7 @@ mod kernels;
 mod params;
 
 pub(crate) use kernels::Kernels;
+pub(super) use kernels::LONGEST_FAN;
 pub use params::{Counted, Refining};
 
 use super::{Level, RefineError, RefineReport, Settings};
