@@ -278,9 +278,7 @@ fn empty_message(args: &ExtractArgs, loaded: &Loaded, options: &Options, made: &
     // The GPU looks at a coarse grid.
     let about = if matches!(made, Made::Gpu(_)) { "about " } else { "" };
     let range = match (made, &loaded.source()) {
-        (Made::Gpu(made), source) => {
-            made.0.value_range(source).ok().flatten()
-        }
+        (Made::Gpu(made), source) => made.0.value_range(source).ok().flatten(),
         (Made::Cpu(_), source) => source.value_range(),
     };
     let range = range.map_or("the field has no finite value there".into(), |(low, high)| {

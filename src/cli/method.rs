@@ -1,11 +1,11 @@
 //! The methods beside the sweep by marching cubes: which flags go together, and how they are called.
 
-use super::{Failure, backend};
 use super::args::{Backend, ExtractArgs, MethodArg, MethodArgs, NormalsArg};
 use super::extract::{Done, Job, Made};
 use super::source::Loaded;
 use super::values::RefineArg;
 use super::watchdog::{EXTRACTING, Watchdog};
+use super::{Failure, backend};
 use crate::extract::{Extractor, Options, Report};
 use crate::field::{Field, Sense, Surface};
 use crate::gpu::{Gpu, GpuMesh};
@@ -356,7 +356,8 @@ impl Job<'_> {
 
     fn refined(&self, made: Made, told: &RefineReport) -> Result<Done, Failure> {
         self.remark_on_refining(told);
-        let [vertices, triangles] = told.levels.last().map_or([0; 2], |level| [level.vertices, level.triangles]);
+        let [vertices, triangles] =
+            told.levels.last().map_or([0; 2], |level| [level.vertices, level.triangles]);
         let report = Report { vertices, triangles, ..Report::default() };
         Ok(Done { made, report, told: refine_stats(told) })
     }

@@ -103,10 +103,7 @@ impl<'a> Bindings<'a> {
 }
 
 /// What is in the cell, made by `new` on the first call.
-pub(crate) fn made<T>(
-    cell: &OnceLock<T>,
-    new: impl FnOnce() -> Result<T, GpuError>,
-) -> Result<&T, GpuError> {
+pub(crate) fn made<T>(cell: &OnceLock<T>, new: impl FnOnce() -> Result<T, GpuError>) -> Result<&T, GpuError> {
     if let Some(kernels) = cell.get() {
         return Ok(kernels);
     }

@@ -6,8 +6,11 @@ use crate::field::differences::Normals;
 
 const PARAMS: &str = include_str!("../../shaders/shared/params.wgsl");
 const WORK: &str = include_str!("../../shaders/shared/work.wgsl");
-const INSIDE: &str =
-    concat!(include_str!("../../shaders/shared/finite.wgsl"), "\n", include_str!("../../shaders/shared/inside.wgsl"));
+const INSIDE: &str = concat!(
+    include_str!("../../shaders/shared/finite.wgsl"),
+    "\n",
+    include_str!("../../shaders/shared/inside.wgsl")
+);
 const FINITE: &str = include_str!("../../shaders/shared/finite.wgsl");
 const GRID: &str = include_str!("../../shaders/shared/grid.wgsl");
 const RECORD: &str = include_str!("../../shaders/shared/record.wgsl");

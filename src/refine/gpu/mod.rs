@@ -132,8 +132,7 @@ impl<'a> Run<'a> {
             return Err(ExtractError::TooManyParameters { given }.into());
         }
         let parameter_bytes = 16 * PARAMETER_VECTORS as u64;
-        let field_parameters =
-            gpu.buffer("field parameters", parameter_bytes, U::UNIFORM | U::COPY_DST)?;
+        let field_parameters = gpu.buffer("field parameters", parameter_bytes, U::UNIFORM | U::COPY_DST)?;
         gpu.write(&field_parameters, bytemuck::cast_slice(&wgsl.parameters))?;
         // The scan is bound to it as `Work`, which it does not look at.
         let counted = size_of::<Counted>().max(size_of::<Work>()) as u64;
@@ -438,12 +437,7 @@ impl Run<'_> {
     }
 
     /// Kernels over so many items each, one after the other.
-    fn dispatch(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        bindings: &Bindings<'_>,
-        all: &[(&Kernel, u32)],
-    ) {
+    fn dispatch(&self, encoder: &mut wgpu::CommandEncoder, bindings: &Bindings<'_>, all: &[(&Kernel, u32)]) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         for &(kernel, items) in all {
             kernel.dispatch(self.gpu(), &mut pass, bindings, items.div_ceil(LANES));
