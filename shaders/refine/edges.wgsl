@@ -22,7 +22,7 @@ fn count_fans(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgro
     }
 }
 
-// Into the lists, in whatever order: `sort_fans` makes it none of chance.
+// Into the lists, in an order of chance until they are sorted.
 @compute @workgroup_size(64)
 fn fill_fans(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let h = item_of(id, groups);
@@ -51,8 +51,8 @@ fn sort_fans(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgrou
         var to = i;
         while to > first {
             let before = half_edges[to - 1u];
-            let other = ends_of(before).y;
-            if other < upper || (other == upper && before < h) {
+            // Those of one edge may stand in any order.
+            if ends_of(before).y <= upper {
                 break;
             }
             half_edges[to] = before;

@@ -476,3 +476,6 @@ impl Run<'_> {
         self.gpu().read_one(&self.counted)
     }
 }
+
+#[cfg(test)]
+mod tests;
