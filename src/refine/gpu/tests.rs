@@ -1,7 +1,7 @@
 use super::*;
 use crate::extract::{Options, Source, extract_on_cpu};
 use crate::field::Sense;
-use crate::gpu::AdapterChoice;
+use crate::gpu::{AdapterChoice, Gpu};
 use crate::graph::{GraphField, shapes::*};
 use crate::grid::Grid;
 use crate::refine::refine;
