@@ -1,4 +1,5 @@
-//! Projection of points on a field's surface, robust against gradients that are badly scaled, zero or not finite.
+//! Projection of points on a field's surface, robust against gradients that are badly scaled, zero or not finite; twin of
+//! `shaders/refine/search.wgsl`.
 //!
 //! Theory: Newton's method on the normalised field f / |∇f| goes to the surface along the gradient; a change of the
 //! field's sign between two points proves that the surface of a continuous field runs between them, and from there on

@@ -15,6 +15,8 @@
 //! the sum of the normals at the ends, where these differ much from the line on which the tangent planes there meet:
 //! so vertices come to lie on the sharp edges of a solid.
 //!
+//! Meshes on the GPU are refined there ([`crate::extract::Extractor::refine`]): this is the twin of that, file by file.
+//!
 //! Vertices of the start mesh keep their numbers; new ones follow in the order of their edges, level after level.
 //! The parts of a triangle stand where it stood. All of that follows from the mesh and the field alone.
 

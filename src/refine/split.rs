@@ -1,4 +1,5 @@
-//! How a triangle is cut whose edges are split, and which edges are split besides those that are not flat.
+//! How a triangle is cut whose edges are split, and which edges are split besides those that are not flat; twin
+//! of `shaders/refine/marks.wgsl` and `cut.wgsl`.
 
 use super::Settings;
 use super::edges::Edges;

@@ -52,6 +52,8 @@ fn bytes(vertex: &isoforge::mesh::Vertex) -> &[u8] {
     bytemuck::bytes_of(vertex)
 }
 
+/// Goes red when `sort_fans` sorts the other way, when of equal edges `longer` takes the higher number (marks.wgsl), and
+/// when a face of the border holds nothing (tasks.wgsl).
 #[test]
 fn named_fields() {
     for (name, n) in [("torus", 24), ("gyroid", 24), ("sphere", 5), ("cube", 9), ("octahedron", 16)] {
@@ -65,6 +67,10 @@ fn named_fields() {
 }
 
 /// Sharp seams, thin sheets, stretched solids, blobs; small and large steps, ε of any size.
+/// Goes red when `is_flat` looks at one plane alone, when `close` stops short (marks.wgsl), without `towards_crease` and its
+/// limit along the edge (tasks.wgsl), when a search goes beyond its ball, never bisects or takes longer steps than it may
+/// (search.wgsl), when not the farthest midpoint is taken back, when a quadrilateral is cut along the other diagonal or a
+/// part wound the other way round (cut.wgsl), and where sums and products are left to the driver (`exact3`, shared.wgsl).
 #[test]
 fn solids() {
     let fields = [
@@ -124,6 +130,8 @@ fn random_solids() {
 }
 
 /// Volumes are refined as their interpolant, whose gradients are differences of samples.
+/// Goes red when a search along a line goes to one side alone (search.wgsl), when the side that is inside is ignored
+/// (place.wgsl), and when the second of two diagonals is taken though only the first faces outwards (cut.wgsl).
 #[test]
 fn volumes() {
     let volume = Arc::new(small_brain());
@@ -190,6 +198,7 @@ impl Field for Written {
 }
 
 /// Central differences stand in for a gradient; NaN and infinite values are outside.
+/// Goes red when what is not finite counts as inside, and when differences are not brought to length (place.wgsl).
 #[test]
 fn without_a_gradient() {
     let wgsl = "fn density(p: vec3<f32>) -> f32 {
