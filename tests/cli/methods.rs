@@ -103,6 +103,21 @@ fn refined_on_the_gpu() {
     std::fs::write(here.path().join("loops.wgsl"), loops).unwrap();
     let (found, _) = mesh(here.path(), "loops.wgsl", &["--refine"]);
     assert!(found.check().is_closed_manifold());
+
+    // More blobs at one place than lavapipe lets an invocation loop over in a search: the CPU does it.
+    let rows = "0,0,0,1\n".repeat(9000);
+    std::fs::write(here.path().join("dense.csv"), format!("x,y,z,radius\n{rows}")).unwrap();
+    let refined = |backend: &str| {
+        let more = ["-n", "8", "--refine", "depth=2", "--backend", backend];
+        let args = [&["extract", "dense.csv", "-o", "m.ply"][..], &more].concat();
+        let said = done(here.path(), &args).err;
+        (read(&here.path().join("m.ply")).expect("a mesh"), said)
+    };
+    let ((wanted, _), (found, said)) = (refined("cpu"), refined("gpu"));
+    if said.contains("llvmpipe") || said.contains("on the CPU") {
+        assert_eq!(found, wanted);
+        assert!(said.contains("not refined on the GPU: the loops of the field"), "{said}");
+    }
 }
 
 /// The settings of a scene's `refine` are those of `--refine`, where that does not say otherwise.
