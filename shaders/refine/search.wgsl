@@ -14,6 +14,7 @@ const STEPS = 6u;
 const PLACES = 8u;
 const NARROWINGS = 64u;
 const NUDGE = 0.45f;
+const LEAST_PART = 0x1p-100f;
 const RESOLUTION = 0x1p-21f;
 const MOST = 0x1.fffffep+127f;
 
@@ -174,7 +175,7 @@ fn narrow(s: ptr<function, Search>) {
     let along = exact3((*s).high - (*s).low);
     let far = long(along);
     let secant = exact((*s).low_value / exact((*s).low_value - (*s).high_value));
-    var t = select(0.5, secant, secant > 0.0 && secant < 1.0);
+    var t = select(0.5, secant, secant >= LEAST_PART && secant < 1.0);
     if far <= (*s).epsilon {
         (*s).at = exact3((*s).low + exact3(along * t));
         (*s).phase = CONVERGED;
