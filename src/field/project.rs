@@ -302,7 +302,7 @@ impl Search {
         let along = self.high - self.low;
         let far = length(along);
         let secant = self.low_value / (self.low_value - self.high_value);
-        let mut t = if secant >= LEAST_PART && secant < 1.0 { secant } else { 0.5 };
+        let mut t = if (LEAST_PART..1.0).contains(&secant) { secant } else { 0.5 };
         if far <= self.epsilon {
             self.at = self.low + along * t;
             self.phase = Phase::Converged;
