@@ -8,6 +8,8 @@ mod tools;
 mod bad_input;
 #[path = "refine/error.rs"]
 mod error;
+#[path = "refine/gpu.rs"]
+mod gpu;
 #[path = "refine/hostile.rs"]
 mod hostile;
 #[path = "refine/topology.rs"]

@@ -6,6 +6,7 @@ use isoforge::field::user::UserField;
 use isoforge::field::{Field, PARAMETER_VECTORS, Sense, Wgsl, named};
 use isoforge::gpu::kernel::{binding, parse};
 use isoforge::gpu::{Form, MESH_HEADER_BYTES};
+use isoforge::refine::{Counted, Refining};
 use isoforge::stage::classify::BrickRecord;
 use isoforge::stage::params::{Params, Work};
 use isoforge::stage::scan::Scanned;
@@ -73,6 +74,11 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
     let mut sources = vec![
         ("normals".to_string(), shaders::normals()),
         ("components".into(), shaders::components()),
+        ("refine start".into(), shaders::refine_start()),
+        ("refine edges".into(), shaders::refine_edges()),
+        ("refine marks".into(), shaders::refine_marks()),
+        ("refine tasks".into(), shaders::refine_tasks()),
+        ("refine cut".into(), shaders::refine_cut()),
         ("track, volume".into(), shaders::track(Some(Scalar::F32))),
         ("track, field".into(), shaders::track(None)),
     ];
@@ -96,6 +102,7 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
         sources.push((format!("cull, {name}"), shaders::cull(samples)));
         sources.push((format!("sample, {name}"), shaders::sample(&wgsl)));
         sources.extend(shaders::bounds(&wgsl).map(|source| (format!("bounds, {name}"), source)));
+        sources.push((format!("refine place, {name}"), shaders::refine_place(&wgsl)));
         for form in Form::ALL {
             sources.push((format!("classify, {name}, {form:?}"), shaders::classify(samples, form)));
         }
@@ -149,6 +156,23 @@ fn every_shader_is_valid() {
         "keep",
         "mark",
         "gather",
+        "inspect_vertices",
+        "inspect_triangles",
+        "keep_proper",
+        "find_longest",
+        "start_tasks",
+        "count_fans",
+        "fill_fans",
+        "sort_fans",
+        "measure",
+        "close",
+        "count_parts",
+        "middle_tasks",
+        "place",
+        "find_bad",
+        "find_bad_start",
+        "take_back",
+        "cut",
     ] {
         assert!(entries.contains(&entry), "{entry}");
     }
@@ -178,7 +202,17 @@ fn structures_lie_as_in_rust() {
     let work = members!(Work: active_bricks own_active vertices triangles non_finite runaway batch_slots batches
             run_slots run_vertices singular queued taken rounds slots needed_slots large_boxes small_boxes);
     let record = members!(BrickRecord: rows planes triangles);
-    for (expected, name, least) in [(params, "Params", 20), (work, "Work", 20), (record, "BrickRecord", 10)] {
+    let refining = members!(Refining: low delta high iso near sign slope epsilon longest flatness least has_border
+        nothing twice vertices triangles first tasks);
+    let counted = members!(Counted: changed bent crowded cut_short runaway not_converged singular astray taken_back
+        improper not_finite without_normal bad_triangle);
+    for (expected, name, least) in [
+        (params, "Params", 20),
+        (work, "Work", 20),
+        (record, "BrickRecord", 10),
+        (refining, "Refining", 20),
+        (counted, "Counted", 20),
+    ] {
         let all = all();
         // The prefix of users' own structures keeps them apart from ours.
         let found: Vec<_> =
@@ -219,6 +253,14 @@ fn number_of(name: &str) -> Option<(usize, bool)> {
         "edges" => (b::EDGES, false),
         "kept_vertices" => (b::KEPT_VERTICES, false),
         "kept_indices" => (b::KEPT_INDICES, false),
+        "fans" => (b::FANS, false),
+        "half_edges" => (b::HALF_EDGES, false),
+        "edge_of" => (b::EDGE_OF, false),
+        "lengths" | "longest" => (b::LENGTHS, false),
+        "splits" => (b::SPLITS, false),
+        "tasks" => (b::TASKS, false),
+        "fallbacks" => (b::FALLBACKS, false),
+        "states" => (b::STATES, false),
         _ => return None,
     };
     Some((number, uniform))

@@ -10,10 +10,6 @@ fn order_key(bits: u32) -> u32 {
     return select(b | 0x80000000u, ~b, (b >> 31u) == 1u);
 }
 
-fn is_finite(bits: u32) -> bool {
-    return (bits & 0x7f800000u) != 0x7f800000u;
-}
-
 fn is_inside(bits: u32) -> bool {
     return is_finite(bits) && (order_key(bits) ^ params.flip) < params.iso_key;
 }

@@ -19,7 +19,7 @@ const LONGEST_NAME: usize = 200;
 
 /// Where the mesh is after the extraction.
 pub enum Made {
-    Gpu(Box<(Gpu, GpuMesh)>),
+    Gpu(Box<(Extractor, GpuMesh)>),
     Cpu(Mesh),
 }
 
@@ -62,12 +62,13 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         picture::check_memory(args, true, memory_budget)?;
     }
     let job = Job { args, loaded: &loaded, options: &options, progress: &progress, remark: &remark };
-    let Done { made, report, told } = job.extract(gpu)?;
+    let Done { made, mut report, told } = job.extract(gpu)?;
     let refining = Instant::now();
     let (made, refined) = match &settings {
         Some(settings) => {
             progress.phase("refining");
-            let (made, told) = job.refine(made, settings)?;
+            let Done { made, report: refined, told } = job.refine(made, settings)?;
+            (report.vertices, report.triangles) = (refined.vertices, refined.triangles);
             (made, Some(told))
         }
         None => (made, None),
@@ -86,10 +87,10 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         progress.phase("drawing");
         match &made {
             Made::Gpu(made) if picture::crease(args).is_none() => {
-                picture::draw_gpu(&made.0, &made.1, args, &camera, path)?;
+                picture::draw_gpu(made.0.gpu(), &made.1, args, &camera, path)?;
             }
             Made::Gpu(made) => {
-                let mesh = made.1.read(&made.0).map_err(Failure::run)?;
+                let mesh = made.1.read(made.0.gpu()).map_err(Failure::run)?;
                 picture::draw_cpu(&mesh, args, &camera, path)?;
             }
             Made::Cpu(mesh) => picture::draw_cpu(mesh, args, &camera, path)?,
@@ -101,15 +102,15 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         seconds.read = Some(read);
     }
     let (backend, adapter) = match &made {
-        Made::Gpu(made) => ("gpu", Some(made.0.info.name.clone())),
+        Made::Gpu(made) => ("gpu", Some(made.0.gpu().info.name.clone())),
         Made::Cpu(_) => ("cpu", None),
     };
     let mesh = match made {
         Made::Gpu(made) if is_read_back(args) => {
-            let (gpu, mesh) = *made;
+            let (extractor, mesh) = *made;
             progress.phase("reading back");
             let since = Instant::now();
-            let mesh = mesh.read(&gpu).map_err(Failure::run)?;
+            let mesh = mesh.read(extractor.gpu()).map_err(Failure::run)?;
             seconds.readback = Some(since.elapsed().as_secs_f64());
             Some(mesh)
         }
@@ -246,7 +247,7 @@ impl Job<'_> {
             },
         )?;
         drop(watchdog);
-        let made = Made::Gpu(Box::new((gpu.clone(), extraction.mesh)));
+        let made = Made::Gpu(Box::new((extractor, extraction.mesh)));
         Ok(Done { made, report: extraction.report, told: Value::Null })
     }
 }
@@ -277,9 +278,7 @@ fn empty_message(args: &ExtractArgs, loaded: &Loaded, options: &Options, made: &
     // The GPU looks at a coarse grid.
     let about = if matches!(made, Made::Gpu(_)) { "about " } else { "" };
     let range = match (made, &loaded.source()) {
-        (Made::Gpu(made), source) => {
-            Extractor::new(made.0.clone()).and_then(|e| e.value_range(source)).ok().flatten()
-        }
+        (Made::Gpu(made), source) => made.0.value_range(source).ok().flatten(),
         (Made::Cpu(_), source) => source.value_range(),
     };
     let range = range.map_or("the field has no finite value there".into(), |(low, high)| {

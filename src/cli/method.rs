@@ -1,18 +1,18 @@
 //! The methods beside the sweep by marching cubes: which flags go together, and how they are called.
 
-use super::Failure;
 use super::args::{Backend, ExtractArgs, MethodArg, MethodArgs, NormalsArg};
 use super::extract::{Done, Job, Made};
 use super::source::Loaded;
 use super::values::RefineArg;
 use super::watchdog::{EXTRACTING, Watchdog};
+use super::{Failure, backend};
 use crate::extract::{Extractor, Options, Report};
-use crate::field::Surface;
-use crate::gpu::Gpu;
+use crate::field::{Field, Sense, Surface};
+use crate::gpu::{Gpu, GpuMesh};
 use crate::grid::Grid;
 use crate::mesh::Mesh;
 use crate::octree::{self, OctreeError, OctreeReport};
-use crate::refine::{self, RefineReport};
+use crate::refine::{self, RefineError, RefineReport};
 use crate::scene;
 use crate::sharp;
 use crate::stage::params::Params;
@@ -79,12 +79,17 @@ pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
 
 /// The surface and the grid of what was loaded, as the methods beside marching cubes take them.
 pub fn surface<'a>(loaded: &'a Loaded, options: &Options) -> Result<(Surface<'a>, Grid), Failure> {
+    let (field, grid, sense, delta) = parts(loaded, options)?;
+    Ok((Surface::new(field, options.iso, sense, delta).map_err(Failure::run)?, grid))
+}
+
+/// What a surface is made of, with the grid of it.
+fn parts<'a>(loaded: &'a Loaded, options: &Options) -> Result<(&'a dyn Field, Grid, Sense, f32), Failure> {
     let source = loaded.source();
     let grid = *source.grid();
     let sense = options.sense.unwrap_or(source.sense());
     let delta = Params::new(&grid, options.iso, sense).delta;
-    let surface = Surface::new(loaded.field().map_err(Failure::run)?, options.iso, sense, delta);
-    Ok((surface.map_err(Failure::run)?, grid))
+    Ok((loaded.field().map_err(Failure::run)?, grid, sense, delta))
 }
 
 /// Where a track starts: the user's words, or the centres that the source knows, or all of it.
@@ -116,7 +121,7 @@ impl Job<'_> {
         })?;
         drop(watchdog);
         track_notes(&told).iter().for_each(|note| (self.remark)(note));
-        let made = Made::Gpu(Box::new((gpu.clone(), extraction.mesh)));
+        let made = Made::Gpu(Box::new((extractor, extraction.mesh)));
         Ok(Done { made, report: extraction.report, told: track_stats(&told) })
     }
 
@@ -310,19 +315,51 @@ pub fn refine_settings(
 }
 
 impl Job<'_> {
-    /// Refines a mesh where it lies.
-    pub fn refine(&self, made: Made, settings: &refine::Settings) -> Result<(Made, Value), Failure> {
-        let (surface, _) = surface(self.loaded, self.options)?;
+    /// Refines a mesh where it lies, if the GPU can.
+    pub fn refine(&self, made: Made, settings: &refine::Settings) -> Result<Done, Failure> {
         let most_triangles = settings.most_triangles.min(self.options.memory_budget / REFINED_BYTES);
         let settings = &refine::Settings { most_triangles, ..*settings };
         let mesh = match made {
             Made::Cpu(mesh) => mesh,
-            Made::Gpu(made) => made.1.read(&made.0).map_err(Failure::run)?,
+            Made::Gpu(made) => match self.refine_on_gpu(&made, settings)? {
+                Ok((mesh, told)) => return self.refined(Made::Gpu(Box::new((made.0, mesh))), &told),
+                // What only a GPU evaluates the CPU does not refine.
+                Err(error) if !error.is_of_gpu() || backend::gpu_alone(&self.loaded.source()) => {
+                    return Err(Failure::run(error));
+                }
+                Err(error) => {
+                    (self.remark)(&format!("not refined on the GPU: {error}; the CPU does it"));
+                    made.1.read(made.0.gpu()).map_err(Failure::run)?
+                }
+            },
         };
+        let (surface, _) = surface(self.loaded, self.options)?;
         let tell = |part| self.progress.set(part);
         let (mesh, told) = refine::refine(&surface, &mesh, settings, &tell).map_err(Failure::run)?;
-        self.remark_on_refining(&told);
-        Ok((Made::Cpu(mesh), refine_stats(&told)))
+        self.refined(Made::Cpu(mesh), &told)
+    }
+
+    /// What the GPU made of it, or why it did not.
+    fn refine_on_gpu(
+        &self,
+        (extractor, mesh): &(Extractor, GpuMesh),
+        settings: &refine::Settings,
+    ) -> Result<Result<(GpuMesh, RefineReport), RefineError>, Failure> {
+        let (field, _, sense, delta) = parts(self.loaded, self.options)?;
+        let surface = Surface::on_gpu(field, self.options.iso, sense, delta);
+        let watchdog = Watchdog::new(self.args.run.time_limit, EXTRACTING);
+        Ok(extractor.refine(&surface, mesh, settings, &|part| {
+            watchdog.alive();
+            self.progress.set(part);
+        }))
+    }
+
+    fn refined(&self, made: Made, told: &RefineReport) -> Result<Done, Failure> {
+        self.remark_on_refining(told);
+        let [vertices, triangles] =
+            told.levels.last().map_or([0; 2], |level| [level.vertices, level.triangles]);
+        let report = Report { vertices, triangles, ..Report::default() };
+        Ok(Done { made, report, told: refine_stats(told) })
     }
 
     fn remark_on_refining(&self, told: &RefineReport) {

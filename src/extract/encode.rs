@@ -26,12 +26,12 @@ impl Target<'_> {
 }
 
 impl Extractor {
-    pub(crate) fn uniform(&self, params: &Params) -> wgpu::Buffer {
+    pub(crate) fn uniform<T: bytemuck::Pod>(&self, params: &T) -> wgpu::Buffer {
         // Mapped at creation rather than written by the queue: commands already in the caller's
         // encoder keep the settings that they were recorded with.
         let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("params"),
-            size: size_of::<Params>() as u64,
+            size: size_of::<T>() as u64,
             usage: U::UNIFORM,
             mapped_at_creation: true,
         });

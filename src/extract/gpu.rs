@@ -6,7 +6,7 @@ use super::plan::{Limits, Most, Plan, Slab};
 use super::workspace::{SourceKernels, Workspace};
 use super::{ExtractError, Options, Source, check};
 use crate::field::{PARAMETER_VECTORS, Wgsl};
-use crate::gpu::kernel::binding as b;
+use crate::gpu::kernel::{Latest, binding as b};
 use crate::gpu::{Gpu, GpuError, Timer};
 use crate::grid::Grid;
 use crate::stage::cull::Cull;
@@ -15,12 +15,9 @@ use crate::stage::scan::{Scan, Scanned};
 use crate::stage::shaders::Samples;
 use crate::table::MARCHING_CUBES;
 use crate::volume::Scalar;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 use wgpu::BufferUsages as U;
-
-/// Fields whose pipelines are kept.
-const MOST_FIELDS: usize = 64;
 
 /// The WGSL of a field.
 type Texts = [Arc<str>; 3];
@@ -36,11 +33,11 @@ pub struct Extractor {
     pub(crate) scan_all: Scan,
     pub(super) normals: Normals,
     pub(super) table: wgpu::Buffer,
-    /// Of volumes, by the type of their samples; those of f32 first.
-    volumes: [OnceLock<Arc<SourceKernels>>; 5],
+    /// Of volumes, by the type of their samples.
+    volumes: Latest<Scalar, SourceKernels>,
     pub(crate) track: crate::track::Kernels,
-    /// The latest used last.
-    fields: Mutex<Vec<(Texts, Arc<SourceKernels>)>>,
+    pub(crate) refine: crate::refine::Kernels,
+    fields: Latest<Texts, SourceKernels>,
 }
 
 impl Extractor {
@@ -61,7 +58,8 @@ impl Extractor {
             table,
             volumes: Default::default(),
             track: Default::default(),
-            fields: Mutex::default(),
+            refine: Default::default(),
+            fields: Default::default(),
             gpu,
         })
     }
@@ -72,34 +70,14 @@ impl Extractor {
     }
 
     fn volume_kernels(&self, scalar: Scalar) -> Result<Arc<SourceKernels>, GpuError> {
-        let kept = match scalar {
-            Scalar::U8 => 1,
-            Scalar::I8 => 2,
-            Scalar::U16 => 3,
-            Scalar::I16 => 4,
-            Scalar::F32 | Scalar::U32 | Scalar::I32 | Scalar::F64 => 0,
-        };
-        if let Some(kernels) = self.volumes[kept].get() {
-            return Ok(kernels.clone());
-        }
-        let kernels = Arc::new(SourceKernels::new(&self.gpu, Samples::Volume(scalar))?);
-        Ok(self.volumes[kept].get_or_init(|| kernels).clone())
+        self.volumes.get(scalar, || SourceKernels::new(&self.gpu, Samples::Volume(scalar)))
     }
 
     fn field_kernels(&self, wgsl: &Wgsl) -> Result<Arc<SourceKernels>, GpuError> {
-        let mut fields = self.fields.lock().unwrap_or_else(PoisonError::into_inner);
         let none = || Arc::from("");
         let [gradient, interval] = [&wgsl.gradient, &wgsl.interval].map(|t| t.clone().unwrap_or_else(none));
         let key = [wgsl.value.clone(), gradient, interval];
-        let kernels = match fields.iter().position(|(known, _)| *known == key) {
-            Some(place) => fields.remove(place).1,
-            None => Arc::new(SourceKernels::new(&self.gpu, Samples::Field(wgsl))?),
-        };
-        if fields.len() == MOST_FIELDS {
-            fields.remove(0);
-        }
-        fields.push((key, kernels.clone()));
-        Ok(kernels)
+        self.fields.get(key, || SourceKernels::new(&self.gpu, Samples::Field(wgsl)))
     }
 
     /// Makes the buffers for `source` within `memory_budget` bytes, compiles its kernels (with exact normals) and

@@ -1,4 +1,5 @@
-//! Projection of points on a field's surface, robust against gradients that are badly scaled, zero or not finite.
+//! Projection of points on a field's surface, robust against gradients that are badly scaled, zero or not finite; twin of
+//! `shaders/refine/search.wgsl`.
 //!
 //! Theory: Newton's method on the normalised field f / |∇f| goes to the surface along the gradient; a change of the
 //! field's sign between two points proves that the surface of a continuous field runs between them, and from there on
@@ -27,6 +28,9 @@ const PLACES: [f32; 8] = [0.125, -0.125, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0];
 const NARROWINGS: u32 = 64;
 /// Part of ε by which a guess within a bracket is moved.
 const NUDGE: f32 = 0.45;
+/// 2⁻¹⁰⁰: the part of a bracket up to which the secant says nothing, since the value behind is not finite. Some GPUs take
+/// such numbers for 0.
+const LEAST_PART: f32 = f32::from_bits(27 << 23);
 /// Least tolerance in parts of the point's largest coordinate: four times the spacing of floats.
 const RESOLUTION: f32 = 1.0 / (1 << 21) as f32;
 /// Points that one task projects.
@@ -298,7 +302,7 @@ impl Search {
         let along = self.high - self.low;
         let far = length(along);
         let secant = self.low_value / (self.low_value - self.high_value);
-        let mut t = if secant > 0.0 && secant < 1.0 { secant } else { 0.5 };
+        let mut t = if (LEAST_PART..1.0).contains(&secant) { secant } else { 0.5 };
         if far <= self.epsilon {
             self.at = self.low + along * t;
             self.phase = Phase::Converged;

@@ -26,10 +26,16 @@ impl<'a> Surface<'a> {
     /// # Errors
     /// [`NoForm::Cpu`] if only a GPU evaluates the field.
     pub fn new(field: &'a dyn Field, iso: f32, sense: Sense, delta: f32) -> Result<Self, NoForm> {
-        let sign = if sense == Sense::Below { 1.0 } else { -1.0 };
-        let surface = Self { field, iso, sign, delta: delta.max(f32::MIN_POSITIVE) };
+        let surface = Self::on_gpu(field, iso, sense, delta);
         surface.values(&[Vec3::ZERO], &mut [0.0])?;
         Ok(surface)
+    }
+
+    /// The same, also of a field that only a GPU evaluates: for what a GPU does on surfaces
+    /// ([`crate::extract::Extractor::refine`]). Then what asks for values here fails with [`NoForm::Cpu`].
+    pub fn on_gpu(field: &'a dyn Field, iso: f32, sense: Sense, delta: f32) -> Self {
+        let sign = if sense == Sense::Below { 1.0 } else { -1.0 };
+        Self { field, iso, sign, delta: delta.max(f32::MIN_POSITIVE) }
     }
 
     /// The field itself.
@@ -45,6 +51,11 @@ impl<'a> Surface<'a> {
     /// Which side of it is inside.
     pub fn sense(&self) -> Sense {
         if self.sign > 0.0 { Sense::Below } else { Sense::Above }
+    }
+
+    /// The step of the differences that stand in for a gradient.
+    pub(crate) fn delta(&self) -> f32 {
+        self.delta
     }
 
     /// The same surface of a field that is equal where it is asked from now on ([`Field::within`]).

@@ -242,7 +242,7 @@ impl Gpu {
 
     /// The size of a buffer for `bytes`: bindings of size zero are not allowed, and copies want multiples
     /// of four.
-    pub(super) fn padded(bytes: u64) -> u64 {
+    pub(crate) fn padded(bytes: u64) -> u64 {
         bytes.max(16).next_multiple_of(16)
     }
 

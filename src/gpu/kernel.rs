@@ -5,6 +5,7 @@
 
 use super::{Gpu, GpuError};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// What each binding number is, in every stage's shader.
 pub mod binding {
@@ -52,19 +53,41 @@ pub mod binding {
     pub const LABELLED: usize = 20;
     /// Edges of the grid.
     pub const EDGES: usize = 21;
-    /// Vertices of the mesh that is kept.
+    /// Vertices of the mesh that is kept or made.
     pub const KEPT_VERTICES: usize = 22;
     /// Its indices.
     pub const KEPT_INDICES: usize = 23;
     /// Marks of the mesh's vertices and triangles, before and after their scan.
     pub const MARKS: usize = 24;
+    /// Lists of half-edges: where that of each vertex begins, and how many are in it.
+    pub const FANS: usize = 25;
+    /// The half-edges in these lists.
+    pub const HALF_EDGES: usize = 26;
+    /// The edge of each half-edge.
+    pub const EDGE_OF: usize = 27;
+    /// The length of each edge, or of the longest at each vertex.
+    pub const LENGTHS: usize = 28;
+    /// Marks of the edges that are split, and counts of the parts of triangles, before and after their scan.
+    pub const SPLITS: usize = 29;
+    /// Vertices that are to be placed.
+    pub const TASKS: usize = 30;
+    /// What they are if they find no place.
+    pub const FALLBACKS: usize = 31;
+    /// What is known of each vertex.
+    pub const STATES: usize = 32;
     /// How many there are.
-    pub const COUNT: usize = 25;
+    pub const COUNT: usize = 33;
 }
 
 /// Buffers by binding number.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub struct Bindings<'a>([Option<wgpu::BufferBinding<'a>>; binding::COUNT]);
+
+impl Default for Bindings<'_> {
+    fn default() -> Self {
+        Self([const { None }; binding::COUNT])
+    }
+}
 
 impl<'a> Bindings<'a> {
     /// Binds a whole buffer.
@@ -84,6 +107,44 @@ impl<'a> Bindings<'a> {
         let size = std::num::NonZeroU64::new(bytes.clamp(4, buffer.size() - offset));
         self.0[number] = Some(wgpu::BufferBinding { buffer, offset, size });
         self
+    }
+}
+
+/// What is in the cell, made by `new` on the first call.
+pub(crate) fn made<T>(cell: &OnceLock<T>, new: impl FnOnce() -> Result<T, GpuError>) -> Result<&T, GpuError> {
+    if let Some(kernels) = cell.get() {
+        return Ok(kernels);
+    }
+    let kernels = new()?;
+    Ok(cell.get_or_init(|| kernels))
+}
+
+/// Kernels of the latest fields, by what they are made of; the latest used last.
+#[derive(Debug)]
+pub(crate) struct Latest<K, T>(Mutex<Vec<(K, Arc<T>)>>);
+
+impl<K, T> Default for Latest<K, T> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<K: PartialEq, T> Latest<K, T> {
+    /// Fields whose kernels are kept.
+    const MOST: usize = 64;
+
+    /// Those of `key`, made by `new` if they are not there.
+    pub fn get(&self, key: K, new: impl FnOnce() -> Result<T, GpuError>) -> Result<Arc<T>, GpuError> {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let kernels = match all.iter().position(|(known, _)| *known == key) {
+            Some(place) => all.remove(place).1,
+            None => Arc::new(new()?),
+        };
+        if all.len() == Self::MOST {
+            all.remove(0);
+        }
+        all.push((key, kernels.clone()));
+        Ok(kernels)
     }
 }
 

@@ -135,7 +135,7 @@ impl GpuMesh {
     }
 
     /// Vertices, indices, header.
-    fn buffer_bytes(vertices: u32, triangles: u32) -> [u64; 3] {
+    pub(crate) fn buffer_bytes(vertices: u32, triangles: u32) -> [u64; 3] {
         // One item to spare, so that an empty window at the end of a buffer can be bound.
         let vertex_bytes = (u64::from(vertices) + 1) * size_of::<Vertex>() as u64;
         [vertex_bytes, (u64::from(triangles) + 1) * 12, MESH_HEADER_BYTES]

@@ -239,7 +239,7 @@ pub fn write(program: &Program) -> Texts {
         let _ = match i.op {
             Op::Leaf(leaf) => {
                 let [a, b, c] = i.operands.map(|o| writer.value(o));
-                let call = format!("leaf{leaf}_gradient(vec3<f32>({a}, {b}, {c}))");
+                let call = format!("dual{leaf}_gradient(vec3<f32>({a}, {b}, {c}))");
                 writeln!(gradient, "    let l{n} = {call};\n    let v{n} = l{n}.x;\n    let d{n} = {d};")
             }
             _ => writeln!(gradient, "    let v{n} = {v};\n    let d{n} = {d};"),
@@ -254,7 +254,8 @@ pub fn write(program: &Program) -> Texts {
     for (n, leaf) in tape.leaves.iter().enumerate() {
         let texts = leaf.wgsl(&format!("leaf{n}"), first);
         leaves.value += &texts.value;
-        leaves.gradient += &texts.gradient;
+        // Under a name of its own, so that it may stand beside the value.
+        leaves.gradient += &leaf.wgsl(&format!("dual{n}"), first).gradient;
         leaves.interval += &texts.interval;
         first += (leaf.data_bytes() / 4) as usize;
     }

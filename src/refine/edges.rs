@@ -1,4 +1,5 @@
-//! The edges of a triangle list, each once, in an order that follows from the mesh alone.
+//! The edges of a triangle list, each once, in an order that follows from the mesh alone; twin of
+//! `shaders/refine/edges.wgsl`.
 
 /// The unique edges of some triangles.
 #[derive(Debug, Default)]

@@ -1,6 +1,8 @@
 //! Why a mesh was not refined.
 
 use super::MOST_LEVELS;
+use super::gpu::LONGEST_FAN;
+use crate::extract::ExtractError;
 use crate::field::NoForm;
 use crate::gpu::GpuError;
 
@@ -51,10 +53,61 @@ pub enum RefineError {
         /// The most triangles.
         limit: u64,
     },
+    /// A vertex has no normal, and the GPU does not make one from the triangles around.
+    #[error("vertex {vertex} of the mesh has no normal: refine it on the CPU, or give it one")]
+    NoNormal {
+        /// Its number, from 0.
+        vertex: usize,
+    },
+    /// A vertex has more edges than the GPU sorts.
+    #[error(
+        "more than {LONGEST_FAN} sides of triangles join one vertex of the mesh to vertices after it: refine it on the CPU"
+    )]
+    Crowded,
+    /// A search on the GPU was ended from outside.
+    #[error(
+        "the loops of the field and of the search for its surface took more iterations than an invocation on this \
+         adapter may make: refine the mesh on the CPU"
+    )]
+    CutShort,
+    /// A buffer is more than the adapter binds.
+    #[error(
+        "{what} take {needed} bytes, and the adapter {adapter} binds at most {limit}: refine the mesh on the CPU, or \
+         lower the flatness or the depth"
+    )]
+    Binding {
+        /// What the buffer holds.
+        what: &'static str,
+        /// Its bytes.
+        needed: u64,
+        /// Bytes that the adapter binds.
+        limit: u64,
+        /// Its name.
+        adapter: String,
+    },
+    /// The field does not fit on the GPU.
+    #[error(transparent)]
+    Extract(#[from] ExtractError),
     /// The field has no form for this backend.
     #[error(transparent)]
     NoForm(#[from] NoForm),
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+}
+
+impl RefineError {
+    /// Whether the GPU alone is at fault, so that [`super::refine`] may do what it did not.
+    pub fn is_of_gpu(&self) -> bool {
+        matches!(
+            self,
+            Self::NoNormal { .. }
+                | Self::Crowded
+                | Self::CutShort
+                | Self::Binding { .. }
+                | Self::Extract(ExtractError::FieldData { .. } | ExtractError::TooManyParameters { .. })
+                | Self::NoForm(NoForm::Gpu)
+                | Self::Gpu(GpuError::OutOfMemory { .. })
+        )
+    }
 }

@@ -15,15 +15,20 @@
 //! the sum of the normals at the ends, where these differ much from the line on which the tangent planes there meet:
 //! so vertices come to lie on the sharp edges of a solid.
 //!
+//! Meshes on the GPU are refined there ([`crate::extract::Extractor::refine`]): this is the twin of that, file by file.
+//!
 //! Vertices of the start mesh keep their numbers; new ones follow in the order of their edges, level after level.
 //! The parts of a triangle stand where it stood. All of that follows from the mesh and the field alone.
 
 mod edges;
 mod error;
+mod gpu;
 mod place;
 mod split;
 
 pub use error::RefineError;
+pub(crate) use gpu::Kernels;
+pub use gpu::{Counted, Refining};
 
 use crate::field::unit::{has_direction, length, unit};
 use crate::field::{NoForm, Surface};
@@ -89,10 +94,20 @@ impl Settings {
         Self { border: Some([a.min(b), a.max(b)]), ..self }
     }
 
+    /// How near a face of the border a point counts as on it; 0 where there is none.
+    fn near(&self) -> Vec3 {
+        self.border.map_or(Vec3::ZERO, |[low, high]| (high - low) * 1e-5)
+    }
+
+    /// What half an edge is multiplied by for the distance from a tangent plane up to which it is flat.
+    fn least(&self) -> f32 {
+        ((1.0 - self.flatness) * 0.5).sqrt()
+    }
+
     /// 0 for each axis across which both points lie on the same face of the border, else 1.
     fn free(&self, p: Vec3, q: Vec3) -> Vec3 {
         let Some([low, high]) = self.border else { return Vec3::ONE };
-        let near = (high - low) * 1e-5;
+        let near = self.near();
         let on = |k: usize, face: f32| (p[k] - face).abs() <= near[k] && (q[k] - face).abs() <= near[k];
         let free = |k: usize| if on(k, low[k]) || on(k, high[k]) { 0.0 } else { 1.0 };
         Vec3::new(free(0), free(1), free(2))
@@ -323,7 +338,7 @@ fn refine_once(
     // Where no surface was found splitting finds none either, but goes on.
     let is_near = |a: u32, b: u32| on_surface[a as usize] && on_surface[b as usize];
     let bent = |(&[a, b], &length): (&[u32; 2], &f32)| {
-        is_near(a, b) && length > 2.0 * settings.epsilon && !is_flat(at(a), at(b), length, settings.flatness)
+        is_near(a, b) && length > 2.0 * settings.epsilon && !is_flat(at(a), at(b), length, settings)
     };
     let mut marks: Vec<bool> = edges.ends.par_iter().zip(&lengths).map(bent).collect();
     let bent = marks.iter().filter(|&&m| m).count();

@@ -1,4 +1,4 @@
-//! Where vertices go: onto the surface, with their normals.
+//! Where vertices go: onto the surface, with their normals; twin of `shaders/refine/tasks.wgsl` and `place.wgsl`.
 
 use super::Settings;
 use super::split::dot;

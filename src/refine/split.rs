@@ -1,5 +1,7 @@
-//! How a triangle is cut whose edges are split, and which edges are split besides those that are not flat.
+//! How a triangle is cut whose edges are split, and which edges are split besides those that are not flat; twin
+//! of `shaders/refine/marks.wgsl` and `cut.wgsl`.
 
+use super::Settings;
 use super::edges::Edges;
 use crate::field::unit::length;
 use crate::mesh::Vertex;
@@ -17,11 +19,11 @@ pub(super) fn dot(a: Vec3, b: Vec3) -> f32 {
 /// tangent plane at one of them. So does an edge from a vertex on a sharp edge of the solid, which has
 /// the normal of one side, to one on the other side; over an arc that is not flat it is far from both planes, by the
 /// sine of half the angle.
-pub(super) fn is_flat(a: &Vertex, b: &Vertex, length: f32, flatness: f32) -> bool {
+pub(super) fn is_flat(a: &Vertex, b: &Vertex, length: f32, settings: &Settings) -> bool {
     let (n, m) = (Vec3::from(a.normal), Vec3::from(b.normal));
     let along = b.at() - a.at();
-    let least = (length * 0.5) * ((1.0 - flatness) * 0.5).sqrt();
-    dot(n, m) >= flatness || dot(n, along).abs() <= least || dot(m, along).abs() <= least
+    let least = (length * 0.5) * settings.least();
+    dot(n, m) >= settings.flatness || dot(n, along).abs() <= least || dot(m, along).abs() <= least
 }
 
 /// Which edge of a triangle is its longest: of equal ones the one with the lower number.

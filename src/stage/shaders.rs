@@ -9,7 +9,12 @@ use crate::volume::Scalar;
 
 const PARAMS: &str = include_str!("../../shaders/shared/params.wgsl");
 const WORK: &str = include_str!("../../shaders/shared/work.wgsl");
-const INSIDE: &str = include_str!("../../shaders/shared/inside.wgsl");
+const INSIDE: &str = concat!(
+    include_str!("../../shaders/shared/finite.wgsl"),
+    "\n",
+    include_str!("../../shaders/shared/inside.wgsl")
+);
+const FINITE: &str = include_str!("../../shaders/shared/finite.wgsl");
 const GRID: &str = include_str!("../../shaders/shared/grid.wgsl");
 const RECORD: &str = include_str!("../../shaders/shared/record.wgsl");
 /// What stages and drawing know of a mesh.
@@ -50,6 +55,17 @@ const TRACK: &str = include_str!("../../shaders/track.wgsl");
 const COMPONENTS: &str = include_str!("../../shaders/components.wgsl");
 const UNIT: &str = include_str!("../../shaders/shared/unit.wgsl");
 const EMIT: &str = include_str!("../../shaders/emit.wgsl");
+const REFINE: &str = include_str!("../../shaders/refine/shared.wgsl");
+const REFINE_VERTEX: &str = include_str!("../../shaders/refine/vertex.wgsl");
+const REFINE_ENDS: &str = include_str!("../../shaders/refine/ends.wgsl");
+const REFINE_TASK: &str = include_str!("../../shaders/refine/task.wgsl");
+const REFINE_START: &str = include_str!("../../shaders/refine/start.wgsl");
+const REFINE_EDGES: &str = include_str!("../../shaders/refine/edges.wgsl");
+const REFINE_MARKS: &str = include_str!("../../shaders/refine/marks.wgsl");
+const REFINE_TASKS: &str = include_str!("../../shaders/refine/tasks.wgsl");
+const REFINE_SEARCH: &str = include_str!("../../shaders/refine/search.wgsl");
+const REFINE_PLACE: &str = include_str!("../../shaders/refine/place.wgsl");
+const REFINE_CUT: &str = include_str!("../../shaders/refine/cut.wgsl");
 
 const FIELD_DATA: &str = "@group(0) @binding(17) var<storage, read> field_data: array<u32>;\n";
 const NO_LOOPS: &str = "fn report_runaway() {}\n";
@@ -205,6 +221,38 @@ pub fn track(of_volume: Option<Scalar>) -> String {
 /// The components of a mesh.
 pub fn components() -> String {
     link(&[PARAMS, RECORD, HEADER, READ_MAP, MAP, COMPONENTS])
+}
+
+/// The refiner's look at the start mesh.
+pub fn refine_start() -> String {
+    link(&[FINITE, REFINE, UNIT, REFINE_VERTEX, REFINE_START])
+}
+
+/// The refiner's edges.
+pub fn refine_edges() -> String {
+    link(&[FINITE, REFINE, UNIT, REFINE_ENDS, REFINE_EDGES])
+}
+
+/// The refiner's marks of the edges that are split.
+pub fn refine_marks() -> String {
+    link(&[FINITE, REFINE, UNIT, REFINE_ENDS, REFINE_VERTEX, REFINE_MARKS])
+}
+
+/// What the refiner places.
+pub fn refine_tasks() -> String {
+    link(&[FINITE, REFINE, UNIT, REFINE_ENDS, REFINE_VERTEX, REFINE_TASK, REFINE_TASKS])
+}
+
+/// The refiner's placing of vertices on the surface of a field.
+pub fn refine_place(wgsl: &Wgsl) -> String {
+    let gradient = wgsl.gradient.as_deref().unwrap_or(CENTRAL);
+    let own = field_part(wgsl, &link(&[&wgsl.value, gradient]));
+    link(&[FINITE, REFINE, UNIT, &own, REFINE_TASK, REFINE_SEARCH, REFINE_PLACE])
+}
+
+/// The refiner's cutting of triangles.
+pub fn refine_cut() -> String {
+    link(&[FINITE, REFINE, UNIT, REFINE_VERTEX, REFINE_CUT])
 }
 
 /// The normals stage.

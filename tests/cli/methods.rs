@@ -71,6 +71,55 @@ fn refined_sharp_and_adaptive() {
     }
 }
 
+/// A mesh that is on the GPU is refined there, with the same bytes; what only a GPU evaluates is, too.
+#[test]
+fn refined_on_the_gpu() {
+    if cpu_alone() {
+        return;
+    }
+    let here = folder();
+    let cut = "max(sqrt(x^2 + y^2 + z^2) - 1, 0.6 - x)";
+    let (wanted, _) = mesh(here.path(), cut, &["--backend", "cpu", "--refine"]);
+    let stats = |more: &[&str]| -> serde_json::Value {
+        let (found, said) =
+            mesh(here.path(), cut, &[&["--refine", "--backend", "gpu", "--stats", "s.json"], more].concat());
+        assert_eq!(found, wanted, "{said}");
+        serde_json::from_str(&std::fs::read_to_string(here.path().join("s.json")).unwrap()).unwrap()
+    };
+    assert_eq!(stats(&[])["backend"], "gpu");
+    assert_eq!(stats(&["--track"])["backend"], "gpu");
+    // Without a file the mesh stays where it is, and is counted all the same.
+    let args = ["extract", cut, "-n", "40", "--refine", "--backend", "gpu", "--stats", "c.json"];
+    let said = done(here.path(), &args).err;
+    let counted: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(here.path().join("c.json")).unwrap()).unwrap();
+    assert_eq!(counted["triangles"], wanted.triangles.len(), "{said}");
+
+    let loops = "fn density(p: vec3<f32>) -> f32 {
+        var d = length(p);
+        while d > 2.0 { d -= 0.125; }
+        return d - 1.0;
+    }";
+    std::fs::write(here.path().join("loops.wgsl"), loops).unwrap();
+    let (found, _) = mesh(here.path(), "loops.wgsl", &["--refine"]);
+    assert!(found.check().is_closed_manifold());
+
+    // More blobs at one place than lavapipe lets an invocation loop over in a search: the CPU does it.
+    let rows = "0,0,0,1\n".repeat(9000);
+    std::fs::write(here.path().join("dense.csv"), format!("x,y,z,radius\n{rows}")).unwrap();
+    let refined = |backend: &str| {
+        let more = ["-n", "8", "--refine", "depth=2", "--backend", backend];
+        let args = [&["extract", "dense.csv", "-o", "m.ply"][..], &more].concat();
+        let said = done(here.path(), &args).err;
+        (read(&here.path().join("m.ply")).expect("a mesh"), said)
+    };
+    let ((wanted, _), (found, said)) = (refined("cpu"), refined("gpu"));
+    if said.contains("llvmpipe") || said.contains("on the CPU") {
+        assert_eq!(found, wanted);
+        assert!(said.contains("not refined on the GPU: the loops of the field"), "{said}");
+    }
+}
+
 /// The settings of a scene's `refine` are those of `--refine`, where that does not say otherwise.
 #[test]
 fn refine_takes_the_scenes_words() {

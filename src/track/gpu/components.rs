@@ -1,8 +1,7 @@
 //! Keeping the components of a mesh that seeds lie on. Shader: `shaders/components.wgsl`.
 
-use super::made;
 use crate::extract::{ExtractError, Extraction, Extractor, Options, Workspace};
-use crate::gpu::kernel::{Bindings, Kernel, binding as b};
+use crate::gpu::kernel::{Bindings, Kernel, binding as b, made};
 use crate::gpu::{Gpu, GpuError, GpuMesh, MeshHeader};
 use crate::stage::params::Params;
 use crate::stage::shaders;

@@ -6,14 +6,14 @@ use super::cpu::starts;
 use super::{Seeds, Starts, TrackError, TrackReport, search};
 use crate::extract::{ExtractError, Extraction, Extractor, Job, Most, Options, Source, Workspace};
 use crate::field::user::MAX_ITERATIONS;
-use crate::gpu::kernel::Kernel;
+use crate::gpu::kernel::{Kernel, Latest};
 use crate::gpu::{Gpu, GpuError};
 use crate::stage::params::Work;
 use crate::stage::shaders;
 use crate::volume::Scalar;
 use components::Components;
-use std::collections::{HashMap, HashSet};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::collections::HashSet;
+use std::sync::OnceLock;
 
 /// Rounds that are recorded before it is asked whether there are more: a round without bricks costs next to nothing.
 const ROUNDS: u32 = 16;
@@ -22,7 +22,7 @@ const ROUNDS: u32 = 16;
 #[derive(Debug, Default)]
 pub(crate) struct Kernels {
     /// Of fields, and of volumes by their samples' type.
-    follow: Mutex<HashMap<Option<Scalar>, Arc<Follow>>>,
+    follow: Latest<Option<Scalar>, Follow>,
     components: OnceLock<Components>,
 }
 
@@ -31,18 +31,6 @@ struct Follow {
     begin: Kernel,
     advance: Kernel,
     spread: Kernel,
-}
-
-impl Kernels {
-    fn follow(&self, gpu: &Gpu, of_volume: Option<Scalar>) -> Result<Arc<Follow>, GpuError> {
-        let mut all = self.follow.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(kernels) = all.get(&of_volume) {
-            return Ok(kernels.clone());
-        }
-        let kernels = Arc::new(Follow::new(gpu, of_volume)?);
-        all.insert(of_volume, kernels.clone());
-        Ok(kernels)
-    }
 }
 
 impl Follow {
@@ -54,15 +42,6 @@ impl Follow {
             spread: Kernel::new(gpu, &source, "spread", &[])?,
         })
     }
-}
-
-/// What is in the cell, made by `new` on the first call.
-fn made<T>(cell: &OnceLock<T>, new: impl FnOnce() -> Result<T, GpuError>) -> Result<&T, GpuError> {
-    if let Some(kernels) = cell.get() {
-        return Ok(kernels);
-    }
-    let kernels = new()?;
-    Ok(cell.get_or_init(|| kernels))
 }
 
 impl Extractor {
@@ -133,7 +112,7 @@ impl Extractor {
             return Ok(Some(starts.bricks.len() as u32));
         }
         let gpu = &self.gpu;
-        let kernels = self.track.follow(gpu, space.scalar)?;
+        let kernels = self.track.follow.get(space.scalar, || Follow::new(gpu, space.scalar))?;
         let work = Work {
             queued: starts.bricks.len() as u32,
             batch_slots: space.plan.batch_slots,
