@@ -5,7 +5,7 @@
 @group(0) @binding(6) var<storage, read> active_list: array<u32>;
 @group(0) @binding(8) var<storage, read_write> records: array<BrickRecord>;
 @group(0) @binding(9) var<storage, read_write> counts: array<vec2<u32>>;
-@group(0) @binding(10) var<uniform> table: array<vec4<u32>, 128>;
+@group(0) @binding(10) var<storage, read> table: array<vec2<u32>, 256>;
 
 // Vertices and triangles before each row.
 var<workgroup> before_rows: array<vec2<u32>, 64>;
@@ -22,7 +22,7 @@ fn classify(
     let slot = slot_of(group, groups);
     // All meet at the barriers, also those beyond the last brick.
     let live = slot < batch_end(work.active_bricks);
-    let origin = brick_origin(active_list[select(params.first_slot, slot, live)]);
+    let origin = brick_origin(active_list[select(call.first_slot, slot, live)]);
     load_rows(slot, origin, row, live);
     var edges = 0u;
     var own = vec2<u32>(0u);

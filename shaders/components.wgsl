@@ -27,7 +27,7 @@ struct Labelled {
 @group(0) @binding(21) var<storage, read> edges: array<vec4<u32>>;
 @group(0) @binding(22) var<storage, read_write> kept_vertices: array<u32>;
 @group(0) @binding(23) var<storage, read_write> kept_indices: array<u32>;
-@group(0) @binding(24) var<storage, read_write> marks: array<vec2<u32>>;
+@group(0) @binding(32) var<storage, read_write> marks: array<vec2<u32>>;
 
 // In the label of a component's lowest vertex: the component is kept. No mesh has so many vertices.
 const KEPT = 0x80000000u;

@@ -17,7 +17,7 @@ const MAX_GROUPS = 65535u;
 // bricks to stay busy while it waits for samples.
 @compute @workgroup_size(64)
 fn range(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = params.first_slot + id.y * groups.x * 64u + id.x;
+    let index = call.first_slot + id.y * groups.x * 64u + id.x;
     if index >= params.slab_bricks {
         return;
     }

@@ -9,7 +9,7 @@
 @group(0) @binding(8) var<storage, read> records: array<BrickRecord>;
 // First vertex and triangle of each slot, within the slab.
 @group(0) @binding(9) var<storage, read> offsets: array<vec2<u32>>;
-@group(0) @binding(10) var<uniform> table: array<vec4<u32>, 128>;
+@group(0) @binding(10) var<storage, read> table: array<vec2<u32>, 256>;
 @group(0) @binding(13) var<storage, read_write> vertices: array<f32>;
 @group(0) @binding(14) var<storage, read_write> indices: array<u32>;
 @group(0) @binding(15) var<storage, read_write> header: MeshHeader;
@@ -24,10 +24,10 @@ fn scaled(v: f32) -> f32 {
 
 // Where between the edge's ends the value is iso; in the middle where the ends do not tell.
 fn crossing(a: f32, b: f32) -> f32 {
-    var t = (params.iso - a) / (b - a);
+    var t = (call.iso - a) / (b - a);
     if abs(b - a) < SMALL {
         // The ends straddle iso: where they lie this close together, all three are small.
-        t = (scaled(params.iso) - scaled(a)) / (scaled(b) - scaled(a));
+        t = (scaled(call.iso) - scaled(a)) / (scaled(b) - scaled(a));
     }
     let sure = is_finite(bitcast<u32>(a)) && is_finite(bitcast<u32>(b)) && is_finite(bitcast<u32>(t));
     return select(0.5, clamp(t, 0.0, 1.0), sure);
@@ -108,8 +108,8 @@ fn totals() {
     for (var run = 0u; run < 4u; run++) {
         work.run_vertices[run] = offsets[work.run_slots[run]].x;
     }
-    let vertices_short = total.x > params.vertex_capacity;
-    let triangles_short = total.y > params.triangle_capacity;
+    let vertices_short = total.x > call.vertex_capacity;
+    let triangles_short = total.y > call.triangle_capacity;
     let bricks_short = work.needed_slots > work.slots;
     header = MeshHeader(
         select(3u * total.y, 0u, vertices_short || triangles_short || bricks_short),

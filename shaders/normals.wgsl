@@ -39,7 +39,7 @@ fn arrange() {
     let marked = atomicLoad(&work.singular) != 0u;
     // Of a mesh that does not fit triangles are missing, but no mark is left in it either.
     arrange_for(6u * work.batches, header.triangles, marked && header.overflow == 0u);
-    arrange_for(6u * work.batches + 3u, min(header.vertices, params.vertex_capacity), marked);
+    arrange_for(6u * work.batches + 3u, min(header.vertices, call.vertex_capacity), marked);
 }
 
 // The normal of a vertex in parts, times 8; nothing of one that is marked, or not in the window.
@@ -48,7 +48,7 @@ fn parts(number: u32) -> vec3<u32> {
     if params.neighbour_capacity == 0u {
         // The same window.
         let place = number - params.vertex_window;
-        if place >= params.vertex_capacity {
+        if place >= call.vertex_capacity {
             return vec3<u32>(0u);
         }
         let at = 6u * place + 3u;
@@ -74,7 +74,7 @@ fn add_neighbours(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let triangle = params.first_triangle + item_of(lane, group, groups);
-    if triangle >= min(params.triangle_window + params.triangle_capacity, header.triangles) {
+    if triangle >= min(params.triangle_window + call.triangle_capacity, header.triangles) {
         return;
     }
     let first = 3u * (triangle - params.triangle_window);
@@ -82,7 +82,7 @@ fn add_neighbours(
     for (var i = 0u; i < 3u; i++) {
         // Below the window this is a large number.
         let place = corners[i] - params.vertex_window;
-        if place >= params.vertex_capacity {
+        if place >= call.vertex_capacity {
             continue;
         }
         let at = 6u * place + 3u;
@@ -102,7 +102,7 @@ fn average(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let place = item_of(lane, group, groups);
-    if place >= min(params.vertex_capacity, header.vertices - params.vertex_window) {
+    if place >= min(call.vertex_capacity, header.vertices - params.vertex_window) {
         return;
     }
     let at = 6u * place + 3u;

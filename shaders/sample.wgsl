@@ -18,7 +18,7 @@ fn sample(
     for (var z = local.z; z < 9u; z += 3u) {
         // Points past the grid's end repeat the last one; no stage looks at them.
         let point = min(origin + vec3<u32>(local.xy, z), params.points - vec3<u32>(1u));
-        let place = (slot - params.first_slot) * 729u + local.x + 9u * (local.y + 9u * z);
+        let place = (slot - call.first_slot) * 729u + local.x + 9u * (local.y + 9u * z);
         samples[place] = density(grid_position(vec3<f32>(point)));
     }
     report_runaway();

@@ -8,7 +8,7 @@ use isoforge::gpu::kernel::{binding, parse};
 use isoforge::gpu::{Form, MESH_HEADER_BYTES};
 use isoforge::refine::{Counted, Refining};
 use isoforge::stage::classify::BrickRecord;
-use isoforge::stage::params::{Params, Work};
+use isoforge::stage::params::{Call, Uniform, Work};
 use isoforge::stage::scan::Scanned;
 use isoforge::stage::shaders::{self, Samples};
 use isoforge::volume::Scalar;
@@ -195,10 +195,11 @@ macro_rules! members {
 /// Goes red when two members of `Params` change places in `shaders/shared/params.wgsl` alone.
 #[test]
 fn structures_lie_as_in_rust() {
-    let params = members!(Params: origin delta step_x iso step_y iso_key step_z flip outward_x outward_sign
-        outward_y mirrored outward_z first_slot points own_bricks slab_first slab_bricks slab_extent first_triangle
-        source_first triangle_window source_extent triangle_capacity first_vertices vertex_window
-        vertex_capacity neighbour_window neighbour_capacity);
+    let params = members!(Uniform: origin delta step_x mirrored step_y first_triangle step_z triangle_window outward_x
+        vertex_window outward_y neighbour_window outward_z neighbour_capacity points own_bricks slab_first slab_bricks
+        slab_extent unused_a source_first unused_b source_extent unused_c first_vertices);
+    let call =
+        members!(Call: iso iso_key flip outward_sign first_slot vertex_capacity triangle_capacity unused);
     let work = members!(Work: active_bricks own_active vertices triangles non_finite runaway batch_slots batches
             run_slots run_vertices singular queued taken rounds slots needed_slots large_boxes small_boxes);
     let record = members!(BrickRecord: rows planes triangles);
@@ -208,6 +209,7 @@ fn structures_lie_as_in_rust() {
         improper not_finite without_normal bad_triangle);
     for (expected, name, least) in [
         (params, "Params", 20),
+        (call, "Call", 20),
         (work, "Work", 20),
         (record, "BrickRecord", 10),
         (refining, "Refining", 20),
@@ -228,6 +230,7 @@ fn number_of(name: &str) -> Option<(usize, bool)> {
     use binding as b;
     let (number, uniform) = match name {
         "params" => (b::PARAMS, true),
+        "call" => (b::CALL, true),
         "work" => (b::WORK, false),
         "source" => (b::SOURCE, false),
         "ranges" => (b::RANGES, false),
@@ -239,7 +242,7 @@ fn number_of(name: &str) -> Option<(usize, bool)> {
         "records" => (b::RECORDS, false),
         // Counts of classify become offsets by their scan; before, the tracker's queue lies there.
         "counts" | "offsets" | "queue" => (b::COUNTS, false),
-        "table" => (b::TABLE, true),
+        "table" => (b::TABLE, false),
         "partials" => (b::PARTIALS, false),
         "samples" => (b::SAMPLES, false),
         "vertices" => (b::VERTICES, false),

@@ -36,7 +36,7 @@ fn emit_vertices(
     let count = offsets[slot + 1u].x - first;
     for (var k = lane; k < count; k += LANES) {
         let place = params.first_vertices.x + first + k - params.vertex_window;
-        if place >= params.vertex_capacity {
+        if place >= call.vertex_capacity {
             break;
         }
         let vertex = make_vertex(slot, origin, edge_of_vertex(slot, k));
@@ -83,7 +83,7 @@ fn emit_indices(
         let case_byte = cell_case(bits, x);
         let count = table_words(case_byte).x & 15u;
         for (var t = 0u; t < count; t++) {
-            if triangle < params.triangle_capacity {
+            if triangle < call.triangle_capacity {
                 let corners = triangle_of(t, case_byte, vec3<u32>(x, y, z), brick, slot);
                 indices[3u * triangle] = corners.x;
                 indices[3u * triangle + 1u] = corners.y;

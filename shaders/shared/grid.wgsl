@@ -15,10 +15,10 @@ fn brick_origin(brick: u32) -> vec3<u32> {
 // Behind the last slot of this batch, of `all`. A dispatch in two dimensions has workgroups
 // beyond it, which must leave the next batch alone.
 fn batch_end(all: u32) -> u32 {
-    return min(all, params.first_slot + work.batch_slots);
+    return min(all, call.first_slot + work.batch_slots);
 }
 
 // Which slot a workgroup works on: slots go along x, then y, since a dimension holds 65535 groups.
 fn slot_of(group: vec3<u32>, groups: vec3<u32>) -> u32 {
-    return params.first_slot + group.y * groups.x + group.x;
+    return call.first_slot + group.y * groups.x + group.x;
 }

@@ -1,6 +1,6 @@
 // The one inside test and its tie rule, on the bits of a sample; src/stage/inside.rs is its twin.
 //
-// A sample is inside when it is finite and strictly below iso (above, where `params.flip` is all
+// A sample is inside when it is finite and strictly below iso (above, where `call.flip` is all
 // ones). So a sample equal to iso is outside, and so are NaN and both infinities. Integer compares
 // give the same answer on every driver, also where denormals are flushed and NaN is assumed away.
 
@@ -11,5 +11,5 @@ fn order_key(bits: u32) -> u32 {
 }
 
 fn is_inside(bits: u32) -> bool {
-    return is_finite(bits) && (order_key(bits) ^ params.flip) < params.iso_key;
+    return is_finite(bits) && (order_key(bits) ^ call.flip) < call.iso_key;
 }

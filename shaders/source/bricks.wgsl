@@ -4,17 +4,12 @@
 const COUNTS_NON_FINITE = true;
 
 fn sample_bits(slot: u32, origin: vec3<u32>, local: vec3<u32>) -> u32 {
-    return source[(slot - params.first_slot) * 729u + local.x + 9u * (local.y + 9u * local.z)];
-}
-
-// Bits of the brick's sample number `i`.
-fn take_sample(slot: u32, origin: vec3<u32>, i: u32) -> u32 {
-    return source[(slot - params.first_slot) * 729u + i];
+    return source[(slot - call.first_slot) * 729u + local.x + 9u * (local.y + 9u * local.z)];
 }
 
 // Where row (y, z) of a brick begins.
 fn row_start(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {
-    return (slot - params.first_slot) * 729u + 9u * (y + 9u * z);
+    return (slot - call.first_slot) * 729u + 9u * (y + 9u * z);
 }
 
 // Bits of the sample at x (0-8) of that row.

@@ -4,12 +4,22 @@
 
 const COUNTS_NON_FINITE = true;
 
-// Each invocation takes every 64th. Points past the grid's end repeat the last one; no stage looks at them.
-fn test_samples(slot: u32, origin: vec3<u32>, lane: u32) {
-    for (var i = lane; i < 729u; i += 64u) {
-        let point = min(origin + vec3<u32>(i % 9u, (i / 9u) % 9u, i / 81u), params.points - vec3<u32>(1u));
-        let value = density(grid_position(vec3<f32>(point)));
-        samples[(slot - params.first_slot) * 729u + i] = value;
-        note_sample(i, bitcast<u32>(value));
+// Takes and tests the brick's samples, each invocation every 64th, so that all have as much to do. Points past the grid's
+// end repeat the last one; no stage looks at them. Called once a kernel, by all 64 invocations.
+fn load_rows(slot: u32, origin: vec3<u32>, lane: u32, live: bool) {
+    atomicStore(&brick_rows[lane], 0u);
+    atomicStore(&brick_rows[min(lane + 64u, 80u)], 0u);
+    workgroupBarrier();
+    if live {
+        for (var i = lane; i < 729u; i += 64u) {
+            let point = min(origin + vec3<u32>(i % 9u, (i / 9u) % 9u, i / 81u), params.points - vec3<u32>(1u));
+            let value = density(grid_position(vec3<f32>(point)));
+            samples[(slot - call.first_slot) * 729u + i] = value;
+            let flags = sample_flags(bitcast<u32>(value));
+            if flags != 0u {
+                atomicOr(&brick_rows[i / 9u], flags << (i % 9u));
+            }
+        }
     }
+    workgroupBarrier();
 }

@@ -1,4 +1,4 @@
 // Normals of a field: its own gradient at the vertex.
 fn outward_vector(origin: vec3<u32>, local: vec3<u32>, axis: vec3<u32>, t: f32, position: vec3<f32>) -> vec3<f32> {
-    return density_gradient(position) * params.outward_sign;
+    return density_gradient(position) * call.outward_sign;
 }

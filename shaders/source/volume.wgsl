@@ -15,11 +15,6 @@ fn sample_bits(slot: u32, origin: vec3<u32>, local: vec3<u32>) -> u32 {
     return volume_bits(origin + local);
 }
 
-// Bits of the brick's sample number `i`.
-fn take_sample(slot: u32, origin: vec3<u32>, i: u32) -> u32 {
-    return volume_bits(origin + vec3<u32>(i % 9u, (i / 9u) % 9u, i / 81u));
-}
-
 // Where row (y, z) of a brick begins; the last row again past the grid's end.
 fn row_start(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {
     let p = min(origin.yz + vec2<u32>(y, z), params.points.yz - vec2<u32>(1u)) - params.source_first.yz;
@@ -54,5 +49,5 @@ fn outward_vector(origin: vec3<u32>, local: vec3<u32>, axis: vec3<u32>, t: f32, 
     let a = volume_gradient(origin + local);
     let b = volume_gradient(origin + local + axis);
     let g = a + (b - a) * t;
-    return (params.outward_x * g.x + params.outward_y * g.y) + params.outward_z * g.z;
+    return ((params.outward_x * g.x + params.outward_y * g.y) + params.outward_z * g.z) * call.outward_sign;
 }

@@ -28,6 +28,7 @@ pub fn info() -> Result<(), Failure> {
             ("workgroup storage", format!("{} KiB", limits.max_compute_workgroup_storage_size >> 10)),
             ("storage buffers a stage", limits.max_storage_buffers_per_shader_stage.to_string()),
             ("workgroups a dimension", limits.max_compute_workgroups_per_dimension.to_string()),
+            ("immediates", format!("{} bytes", limits.max_immediate_size)),
             ("largest picture side", limits.max_texture_dimension_2d.to_string()),
             ("subgroups", subgroups(adapter)),
             ("stage timestamps", if timestamps { "yes" } else { "no" }.into()),

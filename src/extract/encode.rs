@@ -4,10 +4,9 @@ use super::plan::Slab;
 use super::workspace::Workspace;
 use super::{ExtractError, Extractor, Options, stage_index as at};
 use crate::gpu::kernel::{Bindings, Kernel, binding as b};
-use crate::gpu::{GpuMesh, Timer};
+use crate::gpu::{GpuMesh, Settings, Timer};
 use crate::mesh::Vertex;
 use crate::stage::params::{Params, Work};
-use wgpu::BufferUsages as U;
 
 /// The buffers that emit writes, and the windows of them that are bound.
 pub(super) struct Target<'a> {
@@ -26,24 +25,17 @@ impl Target<'_> {
 }
 
 impl Extractor {
-    pub(crate) fn uniform<T: bytemuck::Pod>(&self, params: &T) -> wgpu::Buffer {
-        // Mapped at creation rather than written by the queue: commands already in the caller's
-        // encoder keep the settings that they were recorded with.
-        let buffer = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("params"),
-            size: size_of::<T>() as u64,
-            usage: U::UNIFORM,
-            mapped_at_creation: true,
-        });
-        if let Ok(mut view) = buffer.slice(..).get_mapped_range_mut() {
-            view.copy_from_slice(bytemuck::bytes_of(params));
-        }
-        buffer.unmap();
-        buffer
+    /// `params` for the kernels of a run in `space`.
+    pub(crate) fn settings(&self, space: &Workspace, params: &Params) -> Settings {
+        space.uniforms.settings(&self.gpu, &params.uniform(), &params.call())
     }
 
     /// Records an extraction into the caller's encoder: no readback, no waiting. The mesh's header holds
     /// the draw arguments; when a buffer is too short, it draws nothing and says what is needed.
+    ///
+    /// Frames after the first with the same workspace and mesh make no buffer and no bind group, whatever iso value or
+    /// parameters, if the device has immediates ([`crate::gpu::Gpu::has_immediates`]): without, some small buffers. The
+    /// workspace keeps the last mesh's buffers alive.
     ///
     /// # Errors
     /// [`ExtractError::Iso`], [`ExtractError::Delta`]; [`ExtractError::Slabs`] for a grid that needs more than one slab;
@@ -77,6 +69,7 @@ impl Extractor {
         self.fits(capacity, self.gpu.device.limits().max_storage_buffer_binding_size)?;
         let target = Target { mesh, window: [0; 2], capacity, first_vertices: [0; 4], first_triangle: 0 };
         let vertices = space.kernels.emit.vertices(&self.gpu, options.normals)?;
+        space.groups.are_of([&mesh.vertices, &mesh.indices, &mesh.header]);
         self.gpu.guarded("recording", 0, || {
             self.encode_count(space, encoder, options, slab, Some(&target), timer);
             self.encode_emit(space, encoder, options, slab, (&target, vertices), timer);
@@ -99,8 +92,8 @@ impl Extractor {
     ) {
         let [vertex_capacity, triangle_capacity] = target.capacity;
         let params = Params { vertex_capacity, triangle_capacity, ..space.params(options, slab) };
-        let uniform = self.uniform(&params);
-        let mut bindings = space.bindings(self, &uniform);
+        let settings = self.settings(space, &params);
+        let mut bindings = space.bindings(self, &settings);
         bindings.set(b::HEADER, &target.mesh.header);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         space.kernels.emit.encode_totals(&self.gpu, &mut pass, &bindings);
@@ -123,8 +116,8 @@ impl Extractor {
         }
         encoder.copy_buffer_to_buffer(&space.work_start, 0, &space.work, 0, size_of::<Work>() as u64);
         encoder.copy_buffer_to_buffer(&space.odd, 0, &space.work, Workspace::NON_FINITE, 4);
-        let uniform = self.uniform(&params);
-        let bindings = space.bindings(self, &uniform);
+        let settings = self.settings(space, &params);
+        let bindings = space.bindings(self, &settings);
         let bounds = space.kernels.bounds.as_ref().filter(|_| options.cull && !space.is_marked);
         if bounds.is_some() {
             encoder.clear_buffer(&space.map, 0, None);
@@ -141,8 +134,8 @@ impl Extractor {
         }
         for batch in 0..space.plan.batches {
             params.first_slot = batch * space.plan.batch_slots;
-            let uniform = self.uniform(&params);
-            let bindings = space.bindings(self, &uniform);
+            let settings = self.settings(space, &params);
+            let bindings = space.bindings(self, &settings);
             let offset = 24 * u64::from(batch);
             if !space.kernels.classify_samples {
                 self.encode_sample(space, encoder, &bindings, offset, timer);
@@ -190,8 +183,8 @@ impl Extractor {
             .map(|items| [0, 1].map(|i| u64::from(items[i]) * Target::BYTES[i]));
         for batch in 0..space.plan.batches {
             params.first_slot = batch * space.plan.batch_slots;
-            let uniform = self.uniform(&params);
-            let mut bindings = space.bindings(self, &uniform);
+            let settings = self.settings(space, &params);
+            let mut bindings = space.bindings(self, &settings);
             bindings.set_window(b::VERTICES, &target.mesh.vertices, from[0], size[0]);
             bindings.set_window(b::INDICES, &target.mesh.indices, from[1], size[1]);
             let offset = 24 * u64::from(batch) + 12;

@@ -47,7 +47,7 @@ impl Extractor {
     /// # Errors
     /// [`ExtractError::Gpu`].
     pub fn new(gpu: Gpu) -> Result<Self, ExtractError> {
-        let table = gpu.buffer("table", 2048, U::UNIFORM | U::COPY_DST)?;
+        let table = gpu.buffer("table", 2048, U::STORAGE | U::COPY_DST)?;
         gpu.write(&table, bytemuck::cast_slice(MARCHING_CUBES.words()))?;
         Ok(Self {
             cull: Cull::new(&gpu)?,
@@ -214,7 +214,7 @@ impl Extractor {
         let space = self.prepare(&Source::Field(*field, coarse), u64::MAX)?;
         let slab = space.plan.slab(0);
         let options = Options { cull: false, ..Options::new(0.0) };
-        let params = self.uniform(&space.params(&options, slab));
+        let params = self.settings(&space, &space.params(&options, slab));
         let (bytes, usage) = (8 * u64::from(slab.bricks()), U::STORAGE | U::COPY_SRC);
         let ranges = self.gpu.buffer("brick ranges", bytes, usage)?;
         self.gpu.guarded("value range", 0, || {

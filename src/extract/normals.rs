@@ -24,8 +24,8 @@ impl Extractor {
     ) {
         let [vertex_capacity, triangle_capacity] = target.capacity;
         let params = Params { vertex_capacity, triangle_capacity, ..space.params(options, slab) };
-        let uniform = self.uniform(&params);
-        let mut bindings = space.bindings(self, &uniform);
+        let settings = self.settings(space, &params);
+        let mut bindings = space.bindings(self, &settings);
         bindings
             .set(b::VERTICES, &target.mesh.vertices)
             .set(b::INDICES, &target.mesh.indices)
@@ -69,8 +69,8 @@ impl Extractor {
         submit(timer, &|pass| {
             for [vertex_window, vertex_capacity] in windows.iter().copied() {
                 let params = space.params(options, space.plan.slab(0));
-                let uniform = self.uniform(&Params { vertex_window, vertex_capacity, ..params });
-                let mut bindings = space.bindings(self, &uniform);
+                let settings = self.settings(space, &Params { vertex_window, vertex_capacity, ..params });
+                let mut bindings = space.bindings(self, &settings);
                 set_vertices(&mut bindings, b::VERTICES, mesh, [vertex_window, vertex_capacity]);
                 bindings.set(b::HEADER, &mesh.header);
                 self.normals.encode_average(gpu, pass, &bindings, vertex_capacity);
@@ -92,17 +92,20 @@ impl Extractor {
         let target = super::run::target(mesh, place);
         // No capacity: the same window.
         let [neighbour_window, neighbour_capacity] = if marked == neighbours { [0; 2] } else { neighbours };
-        let uniform = self.uniform(&Params {
-            first_triangle: target.first_triangle,
-            triangle_window: target.window[1],
-            triangle_capacity: target.capacity[1],
-            vertex_window: marked[0],
-            vertex_capacity: marked[1],
-            neighbour_window,
-            neighbour_capacity,
-            ..space.params(options, space.plan.slab(0))
-        });
-        let mut bindings = space.bindings(self, &uniform);
+        let settings = self.settings(
+            space,
+            &Params {
+                first_triangle: target.first_triangle,
+                triangle_window: target.window[1],
+                triangle_capacity: target.capacity[1],
+                vertex_window: marked[0],
+                vertex_capacity: marked[1],
+                neighbour_window,
+                neighbour_capacity,
+                ..space.params(options, space.plan.slab(0))
+            },
+        );
+        let mut bindings = space.bindings(self, &settings);
         set_vertices(&mut bindings, b::VERTICES, mesh, marked);
         if marked != neighbours {
             set_vertices(&mut bindings, b::NEIGHBOURS, mesh, neighbours);

@@ -154,6 +154,20 @@ impl Extractor {
         read_back: bool,
         progress: &dyn Fn(f64),
     ) -> Result<Run, ExtractError> {
+        let done = self.run_slabs(space, source, options, read_back, progress);
+        // They would keep a mesh alive that nobody wants any more.
+        space.groups.forget();
+        done
+    }
+
+    fn run_slabs(
+        &self,
+        space: &Workspace,
+        source: &Source<'_>,
+        options: &Options,
+        read_back: bool,
+        progress: &dyn Fn(f64),
+    ) -> Result<Run, ExtractError> {
         check(source, options)?;
         self.set_source(space, source)?;
         let gpu = &self.gpu;

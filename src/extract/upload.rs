@@ -43,7 +43,7 @@ impl Extractor {
         }
         let params = space.params(&Options::new(0.0), slab);
         gpu.guarded("brick ranges", space.plan.source_bytes, || {
-            let params = self.uniform(&params);
+            let params = self.settings(space, &params);
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             encoder.copy_buffer_to_buffer(&space.work_start, 0, &space.work, 0, size_of::<Work>() as u64);
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());

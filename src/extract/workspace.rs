@@ -3,8 +3,9 @@
 use super::plan::{Plan, Slab};
 use super::{Extractor, Options, Source};
 use crate::field::PARAMETER_VECTORS;
-use crate::gpu::kernel::{Bindings, binding as b};
-use crate::gpu::{Gpu, GpuError, MESH_HEADER_BYTES};
+use crate::gpu::kernel::{Bindings, Groups, binding as b};
+use crate::gpu::settings::Uniforms;
+use crate::gpu::{Gpu, GpuError, MESH_HEADER_BYTES, Settings};
 use crate::grid::Grid;
 use crate::stage::classify::{BrickRecord, Classify};
 use crate::stage::cull::map::BrickMap;
@@ -80,6 +81,9 @@ pub struct Workspace {
     pub(crate) dispatches: wgpu::Buffer,
     pub(crate) work: wgpu::Buffer,
     pub(super) work_start: wgpu::Buffer,
+    /// The bind groups of the last frame's mesh.
+    pub(super) groups: Groups,
+    pub(super) uniforms: Uniforms,
     /// Takes the header while the mesh does not exist yet.
     pub(super) header: wgpu::Buffer,
 }
@@ -165,6 +169,8 @@ impl Workspace {
             )?,
             work: buffer("work", size_of::<Work>() as u64)?,
             work_start: buffer("work at start", size_of::<Work>() as u64)?,
+            groups: Groups::default(),
+            uniforms: Uniforms::default(),
             header: buffer("header", MESH_HEADER_BYTES)?,
             plan,
         };
@@ -218,10 +224,10 @@ impl Workspace {
         }
     }
 
-    pub(crate) fn bindings<'a>(&'a self, extractor: &'a Extractor, params: &'a wgpu::Buffer) -> Bindings<'a> {
+    pub(crate) fn bindings<'a>(&'a self, extractor: &'a Extractor, settings: &'a Settings) -> Bindings<'a> {
         let mut bindings = Bindings::default();
         bindings
-            .set(b::PARAMS, params)
+            .set_settings(settings)
             .set(b::WORK, &self.work)
             .set(b::SOURCE, &self.source)
             .set(b::SAMPLES, &self.source)
@@ -238,7 +244,8 @@ impl Workspace {
             .set(b::FIELD, &self.field_parameters)
             .set(b::FIELD_DATA, &self.field_data_buffer)
             // Stands for a second window where there is none.
-            .set(b::NEIGHBOURS, &self.odd);
+            .set(b::NEIGHBOURS, &self.odd)
+            .keep_in(&self.groups);
         bindings
     }
 }

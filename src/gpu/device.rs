@@ -1,8 +1,9 @@
 //! Opening an adapter, or taking the caller's device, and waiting on it without hanging.
 
 use super::Form;
+use super::settings::CALL_BYTES;
 use bytemuck::Pod;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -81,6 +82,7 @@ pub struct Gpu {
 struct State {
     lost: AtomicBool,
     reason: Mutex<String>,
+    made: AtomicU64,
 }
 
 impl State {
@@ -138,7 +140,7 @@ impl Gpu {
     /// [`GpuError::NoDevice`].
     pub fn open_adapter(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
         let info = adapter.get_info();
-        let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::SUBGROUP;
+        let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::SUBGROUP | wgpu::Features::IMMEDIATES;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("isoforge"),
             required_features: adapter.features() & wanted,
@@ -165,6 +167,38 @@ impl Gpu {
         });
         let form = Form::best(&device, &info);
         Self { device, queue, info, time_limit: TIME_LIMIT, form, state }
+    }
+
+    /// Whether what changes from frame to frame travels within the commands: the device has immediates
+    /// (`wgpu::Features::IMMEDIATES`), 32 bytes of them.
+    pub fn has_immediates(&self) -> bool {
+        self.device.features().contains(wgpu::Features::IMMEDIATES)
+            && self.device.limits().max_immediate_size >= CALL_BYTES
+    }
+
+    /// Buffers and bind groups that were made on the device through this crate: a loop that should make none can look.
+    pub fn made(&self) -> u64 {
+        self.state.made.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn count_made(&self) {
+        self.state.made.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// A uniform buffer that holds `params`.
+    pub(crate) fn uniform<T: Pod>(&self, params: &T) -> wgpu::Buffer {
+        self.count_made();
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("params"),
+            size: size_of::<T>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM,
+            mapped_at_creation: true,
+        });
+        if let Ok(mut view) = buffer.slice(..).get_mapped_range_mut() {
+            view.copy_from_slice(bytemuck::bytes_of(params));
+        }
+        buffer.unmap();
+        buffer
     }
 
     /// How workgroups share their work.
@@ -260,6 +294,7 @@ impl Gpu {
         if size > self.device.limits().max_buffer_size {
             return Err(GpuError::OutOfMemory { what: what.into(), bytes });
         }
+        self.count_made();
         self.guarded(what, size, || {
             self.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(what),

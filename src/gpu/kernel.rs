@@ -3,13 +3,15 @@
 //! Binding numbers mean the same thing in every stage ([`binding`]), so buffers are bound by number
 //! and a kernel takes those that its entry point uses: no layout is written twice.
 
-use super::{Gpu, GpuError};
+use super::settings::{CALL_BYTES, CallSettings, for_device};
+use super::{Gpu, GpuError, Settings};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// What each binding number is, in every stage's shader.
 pub mod binding {
-    /// `Params`, uniform.
+    /// `Params`, uniform: what stays from frame to frame.
     pub const PARAMS: usize = 0;
     /// `Work`.
     pub const WORK: usize = 1;
@@ -29,7 +31,7 @@ pub mod binding {
     pub const RECORDS: usize = 8;
     /// Counts of classify, before and after their scan.
     pub const COUNTS: usize = 9;
-    /// The packed table, uniform.
+    /// The packed table.
     pub const TABLE: usize = 10;
     /// Partial sums of a scan.
     pub const PARTIALS: usize = 11;
@@ -57,42 +59,48 @@ pub mod binding {
     pub const KEPT_VERTICES: usize = 22;
     /// Its indices.
     pub const KEPT_INDICES: usize = 23;
-    /// Marks of the mesh's vertices and triangles, before and after their scan.
-    pub const MARKS: usize = 24;
     /// Lists of half-edges: where that of each vertex begins, and how many are in it.
-    pub const FANS: usize = 25;
+    pub const FANS: usize = 24;
     /// The half-edges in these lists.
-    pub const HALF_EDGES: usize = 26;
+    pub const HALF_EDGES: usize = 25;
     /// The edge of each half-edge.
-    pub const EDGE_OF: usize = 27;
+    pub const EDGE_OF: usize = 26;
     /// The length of each edge, or of the longest at each vertex.
-    pub const LENGTHS: usize = 28;
+    pub const LENGTHS: usize = 27;
     /// Marks of the edges that are split, and counts of the parts of triangles, before and after their scan.
-    pub const SPLITS: usize = 29;
+    pub const SPLITS: usize = 28;
     /// Vertices that are to be placed.
-    pub const TASKS: usize = 30;
+    pub const TASKS: usize = 29;
     /// What they are if they find no place.
-    pub const FALLBACKS: usize = 31;
+    pub const FALLBACKS: usize = 30;
     /// What is known of each vertex.
-    pub const STATES: usize = 32;
+    pub const STATES: usize = 31;
+    /// Marks of the mesh's vertices and triangles, before and after their scan.
+    pub const MARKS: usize = 32;
+    /// What changes from call to call, uniform, where the device has no immediates.
+    pub const CALL: usize = 33;
     /// How many there are.
-    pub const COUNT: usize = 33;
+    pub const COUNT: usize = 34;
 }
 
-/// Buffers by binding number.
+/// Buffers by binding number, and the settings.
 #[derive(Clone)]
-pub struct Bindings<'a>([Option<wgpu::BufferBinding<'a>>; binding::COUNT]);
+pub struct Bindings<'a> {
+    buffers: [Option<wgpu::BufferBinding<'a>>; binding::COUNT],
+    call: Option<&'a [u8; CALL_BYTES as usize]>,
+    groups: Option<&'a Groups>,
+}
 
 impl Default for Bindings<'_> {
     fn default() -> Self {
-        Self([const { None }; binding::COUNT])
+        Self { buffers: [const { None }; binding::COUNT], call: None, groups: None }
     }
 }
 
 impl<'a> Bindings<'a> {
     /// Binds a whole buffer.
     pub fn set(&mut self, number: usize, buffer: &'a wgpu::Buffer) -> &mut Self {
-        self.0[number] = Some(buffer.as_entire_buffer_binding());
+        self.buffers[number] = Some(buffer.as_entire_buffer_binding());
         self
     }
 
@@ -105,8 +113,69 @@ impl<'a> Bindings<'a> {
         bytes: u64,
     ) -> &mut Self {
         let size = std::num::NonZeroU64::new(bytes.clamp(4, buffer.size() - offset));
-        self.0[number] = Some(wgpu::BufferBinding { buffer, offset, size });
+        self.buffers[number] = Some(wgpu::BufferBinding { buffer, offset, size });
         self
+    }
+
+    /// The `params` and the `call` of kernels.
+    pub fn set_settings(&mut self, settings: &'a Settings) -> &mut Self {
+        match &settings.call {
+            CallSettings::Immediate(bytes) => self.call = Some(bytes),
+            CallSettings::Buffer(buffer) => {
+                self.set(binding::CALL, buffer);
+            }
+        }
+        self.set(binding::PARAMS, &settings.params)
+    }
+
+    /// Takes bind groups from `groups`, and puts there those that it makes.
+    pub(crate) fn keep_in(&mut self, groups: &'a Groups) -> &mut Self {
+        self.groups = Some(groups);
+        self
+    }
+}
+
+/// Which kernel's a bind group is, and what it binds.
+type Bound = (u64, Vec<(wgpu::Buffer, u64, Option<std::num::NonZeroU64>)>);
+
+/// Bind groups that were made, so that a loop over the same buffers makes none. They keep their buffers alive.
+#[derive(Debug, Default)]
+pub(crate) struct Groups(Mutex<Kept>);
+
+#[derive(Debug, Default)]
+struct Kept {
+    of: Vec<wgpu::Buffer>,
+    groups: Vec<(Bound, wgpu::BindGroup)>,
+}
+
+impl Groups {
+    /// Groups that are kept: more than a frame takes.
+    const MOST: usize = 256;
+
+    /// Forgets all, unless they were made for these buffers.
+    pub fn are_of(&self, buffers: [&wgpu::Buffer; 3]) {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if kept.of.iter().ne(buffers) {
+            *kept = Kept { of: buffers.map(Clone::clone).to_vec(), groups: Vec::new() };
+        }
+    }
+
+    /// Forgets all.
+    pub fn forget(&self) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Kept::default();
+    }
+
+    fn get(&self, bound: Bound, new: impl FnOnce() -> wgpu::BindGroup) -> wgpu::BindGroup {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, group)) = kept.groups.iter().find(|(known, _)| *known == bound) {
+            return group.clone();
+        }
+        if kept.groups.len() == Self::MOST {
+            kept.groups.clear();
+        }
+        let group = new();
+        kept.groups.push((bound, group.clone()));
+        group
     }
 }
 
@@ -148,9 +217,16 @@ impl<K: PartialEq, T> Latest<K, T> {
     }
 }
 
+/// Kernels that were made.
+static KERNELS: AtomicU64 = AtomicU64::new(0);
+
 /// A compute pipeline and its bindings.
 #[derive(Debug)]
 pub struct Kernel {
+    /// No other kernel's.
+    id: u64,
+    /// Whether it reads what changes from call to call from its commands.
+    has_immediates: bool,
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
     numbers: Vec<u32>,
@@ -164,7 +240,7 @@ pub struct Kernel {
 pub fn parse(source: &str) -> Result<(naga::Module, ModuleInfo), GpuError> {
     let module = naga::front::wgsl::parse_str(source)
         .map_err(|e| GpuError::Refused(format!("WGSL: {}", e.emit_to_string(source))))?;
-    let info = Validator::new(ValidationFlags::all(), Capabilities::SUBGROUP)
+    let info = Validator::new(ValidationFlags::all(), Capabilities::SUBGROUP | Capabilities::IMMEDIATES)
         .validate(&module)
         .map_err(|e| GpuError::Refused(format!("WGSL: {}", e.emit_to_string(source))))?;
     Ok((module, info))
@@ -181,12 +257,15 @@ impl Kernel {
         entry: &'static str,
         constants: &[(&str, f64)],
     ) -> Result<Self, GpuError> {
-        let (module, info) = parse(source)?;
+        let source = for_device(source, gpu.has_immediates());
+        let (module, info) = parse(&source)?;
         let place = module.entry_points.iter().position(|e| e.name == entry);
         let place = place.ok_or_else(|| GpuError::Refused(format!("no entry point {entry}")))?;
         let used = info.get_entry_point(place);
         let mut entries = Vec::new();
+        let mut has_immediates = false;
         for (handle, variable) in module.global_variables.iter() {
+            has_immediates |= variable.space == naga::AddressSpace::Immediate && !used[handle].is_empty();
             let Some(resource) = variable.binding.as_ref().filter(|_| !used[handle].is_empty()) else {
                 continue;
             };
@@ -215,7 +294,7 @@ impl Kernel {
             let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some(entry),
                 bind_group_layouts: &[Some(&layout)],
-                immediate_size: 0,
+                immediate_size: if has_immediates { CALL_BYTES } else { 0 },
             });
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(entry),
@@ -233,26 +312,39 @@ impl Kernel {
                 },
                 cache: None,
             });
-            Self { pipeline, layout, numbers, label: entry }
+            let id = KERNELS.fetch_add(1, Ordering::Relaxed);
+            Self { id, has_immediates, pipeline, layout, numbers, label: entry }
         })
     }
 
     fn prepare(&self, gpu: &Gpu, pass: &mut wgpu::ComputePass<'_>, bindings: &Bindings<'_>) {
-        let entries: Vec<_> = self
-            .numbers
-            .iter()
-            .filter_map(|&binding| {
-                let resource = wgpu::BindingResource::Buffer(bindings.0[binding as usize].clone()?);
-                Some(wgpu::BindGroupEntry { binding, resource })
+        let bound = |&number: &u32| Some((number, bindings.buffers[number as usize].clone()?));
+        let new = || {
+            gpu.count_made();
+            let entry = |(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: wgpu::BindingResource::Buffer(buffer),
+            };
+            let entries: Vec<_> = self.numbers.iter().filter_map(bound).map(entry).collect();
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(self.label),
+                layout: &self.layout,
+                entries: &entries,
             })
-            .collect();
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(self.label),
-            layout: &self.layout,
-            entries: &entries,
-        });
+        };
+        let group = match bindings.groups {
+            Some(groups) => {
+                let all = self.numbers.iter().filter_map(bound);
+                let all = all.map(|(_, of)| (of.buffer.clone(), of.offset, of.size)).collect();
+                groups.get((self.id, all), new)
+            }
+            None => new(),
+        };
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);
+        if let Some(call) = bindings.call.filter(|_| self.has_immediates) {
+            pass.set_immediates(0, call);
+        }
     }
 
     /// Runs `groups` workgroups, in two dimensions where one does not hold them.

@@ -4,9 +4,11 @@ mod device;
 mod form;
 pub mod kernel;
 mod mesh;
+pub mod settings;
 mod timer;
 
 pub use device::{AdapterChoice, Gpu, GpuError, TIME_LIMIT, adapters};
 pub use form::Form;
 pub use mesh::{GpuMesh, MESH_HEADER_BYTES, MeshHeader, Overflow};
+pub use settings::Settings;
 pub use timer::Timer;

@@ -7,9 +7,9 @@ use crate::grid::Grid;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec3, Vec3};
 
-/// The settings of one run over one slab and batch; `shaders/shared/params.wgsl`, field by field.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+/// The settings of one run over one slab and batch, as the CPU twins have them. The shaders have them in two parts
+/// (`shaders/shared/params.wgsl`): [`Params::uniform`] and [`Params::call`].
+#[derive(Debug, Clone, Copy, PartialEq, Zeroable)]
 #[allow(missing_docs, reason = "each field is described in the shader")]
 pub struct Params {
     pub origin: [f32; 3],
@@ -41,6 +41,53 @@ pub struct Params {
     pub vertex_capacity: u32,
     pub neighbour_window: u32,
     pub neighbour_capacity: u32,
+}
+
+/// What stays from frame to frame; `Params` of the shaders, field by field.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs, reason = "each field is described in the shader")]
+pub struct Uniform {
+    pub origin: [f32; 3],
+    pub delta: f32,
+    pub step_x: [f32; 3],
+    pub mirrored: u32,
+    pub step_y: [f32; 3],
+    pub first_triangle: u32,
+    pub step_z: [f32; 3],
+    pub triangle_window: u32,
+    pub outward_x: [f32; 3],
+    pub vertex_window: u32,
+    pub outward_y: [f32; 3],
+    pub neighbour_window: u32,
+    pub outward_z: [f32; 3],
+    pub neighbour_capacity: u32,
+    pub points: [u32; 3],
+    pub own_bricks: u32,
+    pub slab_first: [u32; 3],
+    pub slab_bricks: u32,
+    pub slab_extent: [u32; 3],
+    pub unused_a: u32,
+    pub source_first: [u32; 3],
+    pub unused_b: u32,
+    pub source_extent: [u32; 3],
+    pub unused_c: u32,
+    pub first_vertices: [u32; 4],
+}
+
+/// What may change from call to call; `Call` of the shaders, field by field.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs, reason = "each field is described in the shader")]
+pub struct Call {
+    pub iso: f32,
+    pub iso_key: u32,
+    pub flip: u32,
+    pub outward_sign: f32,
+    pub first_slot: u32,
+    pub vertex_capacity: u32,
+    pub triangle_capacity: u32,
+    pub unused: u32,
 }
 
 /// Differences are taken over this part of the shortest step unless the caller says.
@@ -88,6 +135,53 @@ impl Params {
             vertex_capacity: u32::MAX,
             neighbour_window: 0,
             neighbour_capacity: 0,
+        }
+    }
+
+    /// What the shaders have that stays from frame to frame.
+    pub fn uniform(&self) -> Uniform {
+        // The sign is the call's; taking it out and putting it in again changes no bit.
+        let unsigned = |column: [f32; 3]| column.map(|v| v * self.outward_sign);
+        Uniform {
+            origin: self.origin,
+            delta: self.delta,
+            step_x: self.step_x,
+            mirrored: self.mirrored,
+            step_y: self.step_y,
+            first_triangle: self.first_triangle,
+            step_z: self.step_z,
+            triangle_window: self.triangle_window,
+            outward_x: unsigned(self.outward_x),
+            vertex_window: self.vertex_window,
+            outward_y: unsigned(self.outward_y),
+            neighbour_window: self.neighbour_window,
+            outward_z: unsigned(self.outward_z),
+            neighbour_capacity: self.neighbour_capacity,
+            points: self.points,
+            own_bricks: self.own_bricks,
+            slab_first: self.slab_first,
+            slab_bricks: self.slab_bricks,
+            slab_extent: self.slab_extent,
+            unused_a: 0,
+            source_first: self.source_first,
+            unused_b: 0,
+            source_extent: self.source_extent,
+            unused_c: 0,
+            first_vertices: self.first_vertices,
+        }
+    }
+
+    /// What the shaders have that may change from call to call.
+    pub fn call(&self) -> Call {
+        Call {
+            iso: self.iso,
+            iso_key: self.iso_key,
+            flip: self.flip,
+            outward_sign: self.outward_sign,
+            first_slot: self.first_slot,
+            vertex_capacity: self.vertex_capacity,
+            triangle_capacity: self.triangle_capacity,
+            unused: 0,
         }
     }
 

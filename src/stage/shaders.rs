@@ -33,7 +33,7 @@ const GROUP_SHARED: &str = include_str!("../../shaders/group/shared.wgsl");
 const GROUP_SUBGROUP: &str = include_str!("../../shaders/group/subgroup.wgsl");
 const SERIAL_ROWS: &str = include_str!("../../shaders/brick/serial_rows.wgsl");
 const SHARED_ROWS: &str = include_str!("../../shaders/brick/shared_rows.wgsl");
-const READ_SAMPLES: &str = include_str!("../../shaders/brick/read_samples.wgsl");
+const READ_ROWS: &str = include_str!("../../shaders/brick/read_rows.wgsl");
 const EMIT_SERIAL: &str = include_str!("../../shaders/emit/serial.wgsl");
 const EMIT_SHARED: &str = include_str!("../../shaders/emit/shared.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
@@ -154,7 +154,7 @@ fn group(form: Form, invocations: u32) -> String {
 fn rows(form: Form) -> String {
     match form {
         Form::Serial => SERIAL_ROWS.into(),
-        Form::Shared | Form::Subgroup => link(&[SHARED_ROWS, READ_SAMPLES]),
+        Form::Shared | Form::Subgroup => link(&[SHARED_ROWS, READ_ROWS]),
     }
 }
 

@@ -4,7 +4,7 @@ use crate::common;
 use glam::Vec3;
 use isoforge::extract::{ExtractError, Extractor, Options, STAGES, Source, extract_on_cpu, stage_index};
 use isoforge::field::named::Named;
-use isoforge::gpu::Timer;
+use isoforge::gpu::{GpuMesh, Overflow, Timer};
 use isoforge::grid::Grid;
 
 fn cube(n: u32) -> Grid {
@@ -23,6 +23,75 @@ fn a_changed_parameter_needs_no_new_workspace() {
         let again = extractor.extract_in(&space, &source, &Options::new(0.0), &|_| {}).unwrap();
         let fresh = extractor.extract(&source, &Options::new(0.0)).unwrap();
         assert_eq!(again.mesh.read(gpu).unwrap(), fresh.mesh.read(gpu).unwrap());
+    }
+}
+
+/// A slider: frames after the first make no buffer and no bind group, and each is the mesh of its iso value and
+/// parameter. Goes red when bind groups are not kept, and when the settings of one frame are those of another.
+#[test]
+fn frames_allocate_nothing() {
+    let Some(gpu) = common::gpu() else { return };
+    let extractor = Extractor::new(gpu.clone()).unwrap();
+    let volume = common::small_brain();
+    let of_volume = Source::Volume(&volume);
+    let thick = |r| Named::new("torus").unwrap().with("r", r).unwrap();
+    let tori = [0.3, 0.4, 0.25, 0.35].map(thick);
+    for frames in [
+        tori.iter().map(|torus| (Source::Field(torus, cube(40)), 0.02)).collect::<Vec<_>>(),
+        [20.0, 60.0, 10.0, 35.0].map(|iso| (of_volume, iso)).to_vec(),
+    ] {
+        let space = extractor.prepare(&frames[0].0, u64::MAX).unwrap();
+        let mesh = GpuMesh::with_capacity(gpu, 40_000, 80_000).unwrap();
+        let mut made = Vec::new();
+        for (source, iso) in &frames {
+            let before = gpu.made();
+            extractor.set_source(&space, source).unwrap();
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            extractor.encode(&space, &mut encoder, &Options::new(*iso), &mesh).unwrap();
+            gpu.queue.submit([encoder.finish()]);
+            made.push(gpu.made() - before);
+            let expected = extractor.extract(source, &Options::new(*iso)).unwrap().mesh.read(gpu).unwrap();
+            let found = mesh.read(gpu).unwrap();
+            assert!(!found.triangles.is_empty());
+            assert_eq!(found, expected);
+        }
+        let allowed = if gpu.has_immediates() { 0 } else { 8 };
+        assert!(made[0] > 8 && made[1..].iter().all(|&n| n <= allowed), "{made:?}");
+    }
+}
+
+/// Grids with more active bricks than there is room for say so, and draw nothing; with the room they ask for they are
+/// those of `extract`, which finds it by itself. Goes red when `arrange` (`shaders/cull.wgsl`) does not look at the slots.
+#[test]
+fn more_active_bricks_than_room() {
+    let Some(gpu) = common::gpu() else { return };
+    let extractor = Extractor::new(gpu.clone()).unwrap();
+    let torus = Named::new("torus").unwrap();
+    let volume = common::noise(cube(30), 1);
+    for (source, iso) in [(Source::Field(&torus, cube(60)), 0.0), (Source::Volume(&volume), 0.0)] {
+        let options = Options::new(iso);
+        let expected = extractor.extract(&source, &options).unwrap();
+        let needed = expected.report.active_bricks as u32;
+        let mesh = GpuMesh::with_capacity(gpu, 100_000, 200_000).unwrap();
+        for room in [1, needed - 1, needed] {
+            let space = extractor.prepare_for(&source, u64::MAX, room).unwrap();
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            extractor.encode(&space, &mut encoder, &options, &mesh).unwrap();
+            gpu.queue.submit([encoder.finish()]);
+            let header = mesh.read_header(gpu).unwrap();
+            assert_eq!(header.active_bricks, needed);
+            let again = extractor.extract_in(&space, &source, &options, &|_| {});
+            if room < needed {
+                assert_eq!((header.overflow, header.index_count), (Overflow::Bricks as u32, 0));
+                assert!(
+                    matches!(again, Err(ExtractError::Slots { needed: n, slots }) if (n, slots) == (needed, room))
+                );
+            } else {
+                assert_eq!(header.overflow, 0);
+                assert_eq!(mesh.read(gpu).unwrap(), expected.mesh.read(gpu).unwrap());
+                assert_eq!(again.unwrap().report.triangles, expected.report.triangles);
+            }
+        }
     }
 }
 

@@ -4,6 +4,7 @@ use crate::common;
 use crate::inputs::check;
 use isoforge::field::Sense;
 use isoforge::field::{Field, PARAMETER_VECTORS};
+use isoforge::gpu::Settings;
 use isoforge::gpu::kernel::{Bindings, binding as b};
 use isoforge::stage::classify::{BrickRecord, Classify};
 use isoforge::stage::params::{Params, Work};
@@ -38,7 +39,7 @@ fn workgroups_beyond_the_batch_do_nothing() {
     let params = Params { first_slot, ..Params::new(&grid, f32::MAX, Sense::Below) };
     let work =
         Work { active_bricks: slots, own_active: slots, batch_slots: batch, batches: 4, ..Work::default() };
-    let params = filled("params", bytemuck::bytes_of(&params), U::UNIFORM | U::COPY_DST);
+    let params = Settings::new(gpu, &params.uniform(), &params.call());
     let work = filled("work", bytemuck::bytes_of(&work), storage);
     let active = filled("active", bytemuck::cast_slice(&[0u32, 1, 2, 3, 4, 5, 6, 7]), storage);
     let dispatches = filled("dispatches", bytemuck::cast_slice(&[2u32, 3, 1]), storage | U::INDIRECT);
@@ -48,10 +49,10 @@ fn workgroups_beyond_the_batch_do_nothing() {
     let samples = filled("samples", &poison, storage);
     let records = filled("records", &[0xcd; 8 * size_of::<BrickRecord>()], storage);
     let counts = filled("counts", &[0xcd; 9 * 8], storage);
-    let table = filled("table", &[0; 2048], U::UNIFORM | U::COPY_DST);
+    let table = filled("table", &[0; 2048], storage);
 
     let mut bindings = Bindings::default();
-    bindings.set(b::PARAMS, &params).set(b::WORK, &work).set(b::ACTIVE, &active).set(b::FIELD, &parameters);
+    bindings.set_settings(&params).set(b::WORK, &work).set(b::ACTIVE, &active).set(b::FIELD, &parameters);
     bindings.set(b::SAMPLES, &samples).set(b::SOURCE, &samples);
     bindings.set(b::RECORDS, &records).set(b::COUNTS, &counts).set(b::TABLE, &table);
     let sample = Sample::new(gpu, &wgsl).unwrap();

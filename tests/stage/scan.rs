@@ -4,7 +4,7 @@ use crate::common::{self, Random};
 use crate::inputs::check;
 use bytemuck::Zeroable;
 use isoforge::gpu::kernel::{Bindings, binding as b};
-use isoforge::gpu::{Form, Gpu};
+use isoforge::gpu::{Form, Gpu, Settings};
 use isoforge::stage::params::{Params, Work};
 use isoforge::stage::scan::cpu::scan;
 use isoforge::stage::scan::{Scan, Scanned};
@@ -29,7 +29,7 @@ fn on_gpu(gpu: &Gpu, stage: &Scan, items: &[[u32; 2]], dispatched: u32, over_bri
     let (bricks, active) = if over_bricks { (n, 0xdead_beef) } else { (0xdead_beef, n) };
     let params = Params { slab_bricks: bricks, ..Params::zeroed() };
     let work = Work { active_bricks: active, ..Work::default() };
-    let params = filled("params", bytemuck::bytes_of(&params), U::UNIFORM | U::COPY_DST);
+    let params = Settings::new(gpu, &params.uniform(), &params.call());
     let work = filled("work", bytemuck::bytes_of(&work), storage);
     // Behind the items: room for the total, and two more that must stay as they are.
     let mut with_rubbish = items.to_vec();
@@ -37,7 +37,7 @@ fn on_gpu(gpu: &Gpu, stage: &Scan, items: &[[u32; 2]], dispatched: u32, over_bri
     let counts = filled("counts", bytemuck::cast_slice(&with_rubbish), storage);
     let partials = filled("partials", &vec![0xcd; 8 * dispatched.div_ceil(64).max(1) as usize], storage);
     let mut bindings = Bindings::default();
-    bindings.set(b::PARAMS, &params).set(b::WORK, &work).set(b::COUNTS, &counts).set(b::PARTIALS, &partials);
+    bindings.set_settings(&params).set(b::WORK, &work).set(b::COUNTS, &counts).set(b::PARTIALS, &partials);
     gpu.guarded("scan", 0, || {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());

@@ -79,7 +79,7 @@ impl Run<'_> {
     }
 
     pub(super) fn uniform(&self, params: Refining) -> wgpu::Buffer {
-        self.extractor.uniform(&params)
+        self.gpu().uniform(&params)
     }
 
     pub(super) fn bindings<'b>(&'b self, params: &'b wgpu::Buffer) -> Bindings<'b> {
@@ -161,10 +161,11 @@ impl Run<'_> {
         items: u32,
     ) {
         // The stage scans what there is an item a brick of.
-        let params = self.extractor.uniform(&Params { slab_bricks: items, ..Params::zeroed() });
+        let params = Params { slab_bricks: items, ..Params::zeroed() };
+        let params = crate::gpu::Settings::new(self.gpu(), &params.uniform(), &params.call());
         let mut bindings = Bindings::default();
         bindings
-            .set(b::PARAMS, &params)
+            .set_settings(&params)
             .set(b::WORK, &self.counted)
             .set(b::COUNTS, pairs)
             .set(b::PARTIALS, partials);

@@ -103,9 +103,9 @@ impl Extractor {
         gpu.write(&labelled, bytemuck::bytes_of(&at_first))?;
 
         let settings = space.params(options, space.plan.slab(0));
-        let of_grid = self.uniform(&settings);
+        let of_grid = self.settings(space, &settings);
         // Scans and the like go over the mesh as they do over bricks.
-        let of_mesh = self.uniform(&Params { slab_bricks: items, ..settings });
+        let of_mesh = self.settings(space, &Params { slab_bricks: items, ..settings });
         let mut bindings = space.bindings(self, &of_grid);
         bindings
             .set(b::VERTICES, &mesh.vertices)
@@ -117,7 +117,7 @@ impl Extractor {
             .set(b::LABELLED, &labelled)
             .set(b::EDGES, &edges);
         let mut over_mesh = bindings.clone();
-        over_mesh.set(b::PARAMS, &of_mesh);
+        over_mesh.set_settings(&of_mesh);
         let mut over_marks = over_mesh.clone();
         over_marks.set(b::COUNTS, &marks);
 

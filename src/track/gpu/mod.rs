@@ -66,17 +66,19 @@ impl Extractor {
         let mut room = budget;
         let mut most = Most::guess(source.grid());
         let mut old = None;
+        let too_large = || {
+            let bricks = source.grid().brick_count();
+            TrackError::Slabs { bricks, adapter: self.gpu.info.name.clone() }
+        };
         let (space, mut extraction) = loop {
             let (mut space, _) =
                 self.prepare_cut(source, &Options { memory_budget: room, ..*options }, most, old.take())?;
             if space.plan.slab_count() > 1 {
-                let bricks = source.grid().brick_count();
-                return Err(TrackError::Slabs { bricks, adapter: self.gpu.info.name.clone() });
+                return Err(too_large());
             }
             if let Some(slots) = self.follow(&mut space, options, &starts, &mut told)? {
                 if space.plan.slots < most.slots.min(space.plan.bricks) {
-                    let bricks = source.grid().brick_count();
-                    return Err(TrackError::Slabs { bricks, adapter: self.gpu.info.name.clone() });
+                    return Err(too_large());
                 }
                 most.slots = slots;
                 old = Some(space);
@@ -88,6 +90,8 @@ impl Extractor {
                 Err(ExtractError::Budget { needed, .. }) if room == budget => {
                     room = budget.saturating_sub(needed - space.plan.bytes);
                 }
+                // The mesh is more than the adapter binds.
+                Err(ExtractError::Binding { .. }) => return Err(too_large()),
                 extraction => break (space, extraction?),
             }
         };
@@ -121,7 +125,7 @@ impl Extractor {
         };
         gpu.write(&space.work, bytemuck::bytes_of(&work))?;
         gpu.write(&space.counts, bytemuck::cast_slice(&starts.bricks))?;
-        let params = self.uniform(&space.params(options, space.plan.slab(0)));
+        let params = self.settings(space, &space.params(options, space.plan.slab(0)));
         let mut is_first = true;
         let work = loop {
             gpu.guarded("tracking", space.plan.bytes, || {
