@@ -2,7 +2,7 @@
 
 use super::{ExtractError, Options, Report, STAGES, Source, check, stage_index as at};
 use crate::field::differences::Normals;
-use crate::field::{Field, NoForm};
+use crate::field::{Field, NoForm, Sense};
 use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
@@ -18,13 +18,15 @@ use crate::stage::sample::row::Sampler;
 use crate::stage::samples::Samples;
 use crate::stage::scan::cpu::scan;
 use crate::table::MARCHING_CUBES;
+use crate::volume::Volume;
 use bytemuck::Zeroable;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Bricks that one task takes.
-const TASK: usize = 32;
+pub(super) const TASK: usize = 32;
 
 /// Extracts the mesh by the CPU twins. `progress` hears how much of the work is done, from 0 to 1.
 ///
@@ -133,6 +135,20 @@ impl<'a> Job<'a> {
         })
     }
 
+    /// A run over a part of a volume, which `window` holds and `params` name.
+    pub(super) fn in_window(window: &'a Volume, options: &Options, params: Params) -> Self {
+        let sense = options.sense.unwrap_or(Sense::Above);
+        Self {
+            source: Source::Volume(window),
+            params,
+            inside: Inside::new(options.iso, sense),
+            normals: options.normals,
+            memory_budget: options.memory_budget,
+            held_bytes: 0,
+            fields: BlockFields::default(),
+        }
+    }
+
     /// Whether so many bytes fit beside those that are held.
     pub(crate) fn budget(&self, what: &'static str, bytes: usize) -> Result<(), ExtractError> {
         let (needed, budget) = ((self.held_bytes + bytes) as u64, self.memory_budget);
@@ -168,7 +184,7 @@ impl<'a> Job<'a> {
     /// one time. The counts become offsets, the totals behind the last. Of each crossed edge of a brick's cells the owner must be
     /// among the bricks.
     pub(crate) fn emit(&self, kept: &mut Kept, clock: &mut Clock) -> Result<(Mesh, u64), ExtractError> {
-        let Kept { bricks: active, records, counts, .. } = kept;
+        let Kept { bricks: active, counts, .. } = &mut *kept;
         let params = &self.params;
         counts.push([0; 2]);
         let totals = counts.iter().fold([0u64; 2], |t, c| [t[0] + u64::from(c[0]), t[1] + u64::from(c[1])]);
@@ -186,63 +202,67 @@ impl<'a> Job<'a> {
             vertices: bytemuck::zeroed_vec(vertices as usize),
             triangles: bytemuck::zeroed_vec(triangles as usize),
         };
-        let is_marked = AtomicBool::new(false);
-        tasks(counts, &mut mesh)
-            .into_par_iter()
-            .map(|task| {
-                let mut sampler = Sampler::default();
-                let mut numbers = EdgeNumbers::new();
-                let mut nearby = Nearby::new(params, active, task.slots.start);
-                let (mut vertices, mut triangles) = (task.vertices, task.triangles);
-                let end = task.slots.end;
-                for slot in task.slots {
-                    let size = [0, 1].map(|i| (counts[slot + 1][i] - counts[slot][i]) as usize);
-                    let (own_vertices, own_triangles);
-                    (own_vertices, vertices) = vertices.split_at_mut(size[0]);
-                    (own_triangles, triangles) = triangles.split_at_mut(size[1]);
-                    let samples = self.samples(&active[slot..end], &mut sampler)?;
-                    let beside = Beside::new(&mut nearby, active, records, counts, slot);
-                    let (table, inside) = (&MARCHING_CUBES, self.inside);
-                    emit_indices(params, table, inside, &samples, &beside, &mut numbers, own_triangles);
-                    let origin = params.brick_origin(active[slot]);
-                    let record = &records[slot];
-                    let marked = match self.source {
-                        Source::Field(whole, _) => {
-                            let here = self.fields.field_in(params, active[slot], whole);
-                            let field = Gradients { normals: self.normals, here, whole };
-                            emit_field_vertices(
-                                params,
-                                inside,
-                                &field,
-                                origin,
-                                &samples,
-                                record,
-                                own_vertices,
-                            )?
-                        }
-                        Source::Volume(volume) => emit_volume_vertices(
-                            params,
-                            inside,
-                            volume.values(),
-                            origin,
-                            record,
-                            own_vertices,
-                        ),
-                    };
-                    if marked {
-                        is_marked.store(true, Ordering::Relaxed);
-                    }
-                }
-                Ok(())
-            })
-            .collect::<Result<(), NoForm>>()?;
+        let slots = 0..active.len();
+        let is_marked = self.fill(kept, slots, &mut mesh.vertices, &mut mesh.triangles)?;
         clock.lap(at::EMIT);
-        if is_marked.into_inner() {
+        if is_marked {
             add_neighbours(&mut mesh.vertices, &mesh.triangles);
             average(params, &mut mesh.vertices);
             clock.lap(at::NORMALS);
         }
         Ok((mesh, (self.held_bytes + peak_bytes) as u64))
+    }
+
+    /// emit for some of the slots of `kept`, whose counts have become offsets, into vertices and triangles that are as many as
+    /// theirs. Tells whether any vertex had to be marked for the normals stage.
+    pub(crate) fn fill(
+        &self,
+        kept: &Kept,
+        slots: Range<usize>,
+        vertices: &mut [Vertex],
+        triangles: &mut [[u32; 3]],
+    ) -> Result<bool, NoForm> {
+        let Kept { bricks: active, records, counts, .. } = kept;
+        let params = &self.params;
+        let is_marked = AtomicBool::new(false);
+        let fill = |task: Task<'_>| {
+            let mut sampler = Sampler::default();
+            let mut numbers = EdgeNumbers::new();
+            let mut nearby = Nearby::new(params, active, task.slots.start);
+            let (mut vertices, mut triangles) = (task.vertices, task.triangles);
+            let end = task.slots.end;
+            for slot in task.slots {
+                let size = [0, 1].map(|i| (counts[slot + 1][i] - counts[slot][i]) as usize);
+                let (own_vertices, own_triangles);
+                (own_vertices, vertices) = vertices.split_at_mut(size[0]);
+                (own_triangles, triangles) = triangles.split_at_mut(size[1]);
+                let samples = self.samples(&active[slot..end], &mut sampler)?;
+                let beside = Beside::new(&mut nearby, active, records, counts, slot);
+                let (table, inside) = (&MARCHING_CUBES, self.inside);
+                emit_indices(params, table, inside, &samples, &beside, &mut numbers, own_triangles);
+                let origin = params.brick_origin(active[slot]);
+                let record = &records[slot];
+                let marked = match self.source {
+                    Source::Field(whole, _) => {
+                        let here = self.fields.field_in(params, active[slot], whole);
+                        let field = Gradients { normals: self.normals, here, whole };
+                        emit_field_vertices(params, inside, &field, origin, &samples, record, own_vertices)?
+                    }
+                    Source::Volume(volume) => {
+                        emit_volume_vertices(params, inside, volume.values(), origin, record, own_vertices)
+                    }
+                };
+                if marked {
+                    is_marked.store(true, Ordering::Relaxed);
+                }
+            }
+            Ok(())
+        };
+        tasks(counts, slots, vertices, triangles)
+            .into_par_iter()
+            .map(fill)
+            .collect::<Result<(), NoForm>>()?;
+        Ok(is_marked.into_inner())
     }
 
     /// The samples of the first of `bricks`: where they lie in a volume, or evaluated.
@@ -294,6 +314,16 @@ impl Kept {
         self.counts.reserve_exact(bricks + 1);
     }
 
+    /// A copy of the bricks from slot `first` on, with `less` taken off their numbers.
+    pub(super) fn tail(&self, first: usize, less: u32) -> Self {
+        Self {
+            bricks: self.bricks[first..].iter().map(|brick| brick - less).collect(),
+            records: self.records[first..].to_vec(),
+            counts: self.counts[first..].to_vec(),
+            non_finite: 0,
+        }
+    }
+
     pub(crate) fn append(&mut self, other: &mut Self) {
         self.bricks.append(&mut other.bricks);
         self.records.append(&mut other.records);
@@ -338,17 +368,20 @@ impl<'a> Progress<'a> {
 
 /// A run of slots and the part of the mesh that is theirs.
 struct Task<'a> {
-    slots: std::ops::Range<usize>,
+    slots: Range<usize>,
     vertices: &'a mut [Vertex],
     triangles: &'a mut [[u32; 3]],
 }
 
-fn tasks<'a>(offsets: &[[u32; 2]], mesh: &'a mut Mesh) -> Vec<Task<'a>> {
-    let (mut vertices, mut triangles) = (&mut mesh.vertices[..], &mut mesh.triangles[..]);
-    let slots = offsets.len() - 1;
-    let mut tasks = Vec::with_capacity(slots.div_ceil(TASK));
-    for first in (0..slots).step_by(TASK) {
-        let end = (first + TASK).min(slots);
+fn tasks<'a>(
+    offsets: &[[u32; 2]],
+    slots: Range<usize>,
+    mut vertices: &'a mut [Vertex],
+    mut triangles: &'a mut [[u32; 3]],
+) -> Vec<Task<'a>> {
+    let mut tasks = Vec::with_capacity(slots.len().div_ceil(TASK));
+    for first in slots.clone().step_by(TASK) {
+        let end = (first + TASK).min(slots.end);
         let size = [0, 1].map(|i| (offsets[end][i] - offsets[first][i]) as usize);
         let (own_vertices, own_triangles);
         (own_vertices, vertices) = vertices.split_at_mut(size[0]);

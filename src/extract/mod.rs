@@ -6,6 +6,7 @@ mod encode;
 mod gpu;
 mod normals;
 mod plan;
+mod planes;
 mod run;
 mod upload;
 mod workspace;
@@ -15,6 +16,7 @@ pub use cpu::extract_on_cpu;
 pub(crate) use cpu::{Clock, Job, KEPT_BYTES, Kept, RECORDS};
 pub use gpu::Extractor;
 pub use plan::Plan;
+pub use planes::{PlanesError, extract_planes};
 pub use run::Extraction;
 pub use workspace::Workspace;
 
@@ -114,6 +116,7 @@ pub const STAGES: [&str; 9] =
 /// Indices into [`Report::seconds`].
 #[allow(missing_docs, reason = "the names say it all")]
 pub mod stage_index {
+    pub const READ: usize = 0;
     pub const UPLOAD: usize = 1;
     pub const CULL: usize = 2;
     pub const SAMPLE: usize = 3;
