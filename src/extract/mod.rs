@@ -2,6 +2,7 @@
 //! ([`extract_on_cpu`]).
 
 mod cpu;
+mod cpu_extractor;
 mod encode;
 mod gpu;
 mod normals;
@@ -12,8 +13,8 @@ mod upload;
 mod workspace;
 
 pub use crate::field::differences::Normals;
-pub use cpu::extract_on_cpu;
 pub(crate) use cpu::{Clock, Job, KEPT_BYTES, Kept, RECORDS};
+pub use cpu_extractor::{CpuExtractor, extract_on_cpu};
 pub use gpu::Extractor;
 pub use plan::Plan;
 pub use planes::{PlanesError, extract_planes};
