@@ -4,10 +4,11 @@
 //!
 //! The file is read once. Each CPU repeat makes a fresh volume of it (so that the table of brick ranges
 //! is built again, as the first extraction of a volume must), and then extracts once more with the
-//! table at hand, as a new iso value does. One JSON object on standard output.
+//! table at hand, as a new iso value does: both once into new memory, and once by a `CpuExtractor` that has been
+//! used before. One JSON object on standard output.
 
 use glam::Vec3;
-use isoforge::extract::{Extractor, Options, Report, STAGES, Source, extract_on_cpu};
+use isoforge::extract::{CpuExtractor, Extractor, Options, Report, STAGES, Source, extract_on_cpu};
 use isoforge::gpu::{AdapterChoice, Gpu};
 use isoforge::grid::Grid;
 use isoforge::volume::Volume;
@@ -41,16 +42,31 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn cpu(grid: Grid, values: &[f32], options: &Options, repeats: usize) -> Result<Value, Box<dyn Error>> {
-    let (mut fresh, mut cached) = (Times::default(), Times::default());
+    let mut times = [(); 4].map(|()| Times::default());
+    let [fresh, cached, fresh_reused, cached_reused] = &mut times;
+    let mut extractor = CpuExtractor::default();
+    extractor.extract(&Source::Volume(&Volume::new(grid, values.to_vec())?), options, &|_| {})?;
     for _ in 0..repeats {
         let volume = Volume::new(grid, values.to_vec())?;
-        for times in [&mut fresh, &mut cached] {
+        for times in [&mut *fresh, &mut *cached] {
             let start = Instant::now();
             let (_mesh, report) = extract_on_cpu(&Source::Volume(&volume), options, &|_| {})?;
             times.add(start, report);
         }
+        let volume = Volume::new(grid, values.to_vec())?;
+        for times in [&mut *fresh_reused, &mut *cached_reused] {
+            let start = Instant::now();
+            let report = extractor.extract(&Source::Volume(&volume), options, &|_| {})?;
+            times.add(start, report);
+        }
     }
-    Ok(json!({ "fresh": fresh.value(), "cached": cached.value(), "triangles": fresh.report.triangles }))
+    Ok(json!({
+        "fresh": fresh.value(),
+        "cached": cached.value(),
+        "fresh reused": fresh_reused.value(),
+        "cached reused": cached_reused.value(),
+        "triangles": fresh.report.triangles,
+    }))
 }
 
 fn gpu(grid: Grid, values: Vec<f32>, options: &Options, repeats: usize) -> Result<Value, Box<dyn Error>> {

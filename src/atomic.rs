@@ -81,12 +81,7 @@ pub(crate) fn write<T>(
     path: &Path,
     work: impl FnOnce(&mut BufWriter<&File>) -> io::Result<T>,
 ) -> Result<T, TargetError> {
-    let failed = |source: io::Error| match source.kind() {
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
-            TargetError::Full { path: path.into(), source }
-        }
-        _ => TargetError::Io { path: path.into(), source },
-    };
+    let failed = |source| failed(path, source);
     let buffered = |file: &File| {
         let mut out = BufWriter::with_capacity(1 << 20, file);
         let done = work(&mut out)?;
@@ -109,6 +104,26 @@ pub(crate) fn write<T>(
             Ok(done)
         }
     }
+}
+
+/// Why writing what is to be at `path` failed.
+pub(crate) fn failed(path: &Path, source: io::Error) -> TargetError {
+    match source.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            TargetError::Full { path: path.into(), source }
+        }
+        _ => TargetError::Io { path: path.into(), source },
+    }
+}
+
+/// A file without a name on the disk that `path` is to lie on, for what is gathered before `path` can be written. The
+/// system frees it whatever becomes of the process.
+pub(crate) fn scratch(path: &Path) -> Result<File, TargetError> {
+    let made = match place(path)? {
+        Place::File(target) => tempfile::tempfile_in(folder_of(&target)),
+        Place::Straight => tempfile::tempfile(),
+    };
+    made.map_err(|source| failed(path, source))
 }
 
 /// Follows symbolic links, also to a file that does not exist yet.

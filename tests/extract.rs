@@ -9,6 +9,8 @@ mod cut;
 mod differences;
 #[path = "extract/fail.rs"]
 mod fail;
+#[path = "extract/reuse.rs"]
+mod reuse;
 #[path = "extract/singular.rs"]
 mod singular;
 #[path = "extract/typed.rs"]

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Times isoforge beside vtkFlyingEdges3D and scikit-image (Lewiner) on the same arrays.
+"""Times isoforge beside vtkFlyingEdges3D, scikit-image (Lewiner) and fast-surface-nets on the same arrays.
 
     pip install vtk scikit-image numpy nibabel
     cargo build --release --example bench_volume
+    cargo build --release --manifest-path benches/peers/surface-nets/Cargo.toml
     python benches/peers/peers.py [--size 256] [--passes 3] [--brain FILE.nii.gz] [--no-gpu] [--out FILE.md]
+        [--surface-nets benches/peers/surface-nets/target/release/surface-nets-peer]
 
 README.md beside this file says what is compared and how.
 """
@@ -126,13 +128,16 @@ def measure(name, values, iso, arguments, program, note):
                     add(f"VTK, {'normals' if normals else 'no normals'}, {threads} thr.", peers[normals].run(threads))
                 ours = isoforge(program, file, values.shape, iso, threads, False)
                 stages[f"CPU, {threads} thr."] = ours["fresh"]["stages"]
-                for kind in ("fresh", "cached"):
+                for kind in ("fresh", "cached", "fresh reused", "cached reused"):
                     add(f"isoforge CPU, {kind}, {threads} thr.", (ours[kind]["best"], ours["triangles"]))
+                if arguments.surface_nets and threads == 1:
+                    theirs = isoforge(arguments.surface_nets, file, values.shape, iso, 1, False)
+                    add("fast-surface-nets, reused, 1 thr.", (theirs["best"], theirs["triangles"]))
                 if arguments.before:
                     old = isoforge(arguments.before, file, values.shape, iso, threads, False)
                     for kind in ("fresh", "cached"):
                         add(f"before: CPU, {kind}, {threads} thr.", (old[kind]["best"], old["triangles"]))
-            if turn == 0 or not arguments.quick:
+            if not arguments.no_scikit and (turn == 0 or not arguments.quick):
                 add("scikit-image", lewiner(values, iso))
             if gpu and (turn == 0 or name != "noise"):
                 try:
@@ -147,7 +152,8 @@ def measure(name, values, iso, arguments, program, note):
                 stages["GPU"] = ours["fresh"]["stages"]
                 for kind in ("fresh", "cached") if ours["cached"] else ("fresh",):
                     add(f"isoforge GPU ({ours['adapter']}), {kind}", (ours[kind]["best"], ours["triangles"]))
-    counts = set(triangles.values())
+    # Another method makes another mesh.
+    counts = {n for label, n in triangles.items() if "surface-nets" not in label}
     if max(counts) - min(counts) > 1e-3 * max(counts):
         note(f"{name}: the triangle counts differ: {triangles}")
     return seconds, triangles, stages
@@ -174,6 +180,8 @@ def main():
     parser.add_argument("--cases", nargs="*", default=["sphere", "torus", "gyroid", "noise"])
     parser.add_argument("--brain", type=Path, help="a NIfTI file, extracted at iso 10.5")
     parser.add_argument("--no-gpu", action="store_true")
+    parser.add_argument("--no-scikit", action="store_true")
+    parser.add_argument("--surface-nets", help="the build of surface-nets/, to take turns with")
     parser.add_argument("--before", help="an older build of bench_volume, to take turns with")
     parser.add_argument("--quick", action="store_true", help="scikit-image in the first pass only")
     parser.add_argument("--out", type=Path, help="also write the tables here")

@@ -5,7 +5,7 @@ use super::progress::Progress;
 use super::source::{Loaded, Opened};
 use super::stats::{Seconds, Stats};
 use super::watchdog::{EXTRACTING, Watchdog};
-use super::{Failure, backend, method, picture, source};
+use super::{Failure, backend, method, picture, planes, source};
 use crate::extract::{ExtractError, Extractor, Options, Report, extract_on_cpu};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::mesh::{Mesh, write};
@@ -38,6 +38,9 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     };
 
     progress.phase("reading");
+    if planes::run(args, memory_budget, &progress, &remark)? {
+        return Ok(());
+    }
     let Opened { loaded, notes, camera, refine } = source::load(&args.source, &args.raw, memory_budget)?;
     let read = start.elapsed().as_secs_f64();
     notes.iter().for_each(|note| remark(note));
@@ -288,11 +291,11 @@ fn empty_message(args: &ExtractArgs, loaded: &Loaded, options: &Options, made: &
 }
 
 /// What became of the mesh.
-struct Finished {
-    vertices: Option<u64>,
-    triangles: Option<u64>,
-    degenerate: Option<u64>,
-    removed: u64,
+pub struct Finished {
+    pub vertices: Option<u64>,
+    pub triangles: Option<u64>,
+    pub degenerate: Option<u64>,
+    pub removed: u64,
 }
 
 /// Cleans, counts and writes the mesh, if it was read back.
@@ -321,7 +324,8 @@ fn finish(
     })
 }
 
-fn summary(
+/// The last line.
+pub fn summary(
     args: &ExtractArgs,
     report: &Report,
     finished: &Finished,

@@ -14,6 +14,7 @@ mod gallery;
 mod lists;
 mod method;
 mod picture;
+mod planes;
 mod progress;
 mod source;
 mod stats;

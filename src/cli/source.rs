@@ -319,6 +319,17 @@ fn load_volume(
     path: &Path,
     memory_budget: u64,
 ) -> Result<(Loaded, Vec<String>), Failure> {
+    let options = open_options(args, raw, memory_budget)?;
+    let opened = volume::open(path, &options).map_err(|error| match error {
+        volume::OpenError::NoLayout { .. } => Failure::usage(format!("{error}: --dims X,Y,Z --type TYPE")),
+        _ => Failure::run(error),
+    })?;
+    let loaded = Loaded::Volume { volume: Arc::new(opened.volume), interpolant: OnceLock::new() };
+    Ok((loaded, opened.notes))
+}
+
+/// How a volume is opened; refuses what is for fields, or for raw files.
+pub fn open_options(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<OpenOptions, Failure> {
     let only_fields = [
         (args.cells.is_some(), "-n"),
         (args.half_edge.is_some(), "-L"),
@@ -352,11 +363,5 @@ fn load_volume(
         }
         _ => None,
     };
-    let options = OpenOptions { raw, max_bytes: Some(memory_budget) };
-    let opened = volume::open(path, &options).map_err(|error| match error {
-        volume::OpenError::NoLayout { .. } => Failure::usage(format!("{error}: --dims X,Y,Z --type TYPE")),
-        _ => Failure::run(error),
-    })?;
-    let loaded = Loaded::Volume { volume: Arc::new(opened.volume), interpolant: OnceLock::new() };
-    Ok((loaded, opened.notes))
+    Ok(OpenOptions { raw, max_bytes: Some(memory_budget) })
 }

@@ -1,14 +1,12 @@
-//! The CPU path: the twins of every stage, end to end, on all cores.
+//! What the CPU path is made of: the twins of every stage on all cores, bricks by tasks.
 
-use super::{ExtractError, Options, Report, STAGES, Source, check, stage_index as at};
+use super::{ExtractError, Options, STAGES, Source, check, stage_index as at};
 use crate::field::differences::Normals;
-use crate::field::{Field, NoForm};
+use crate::field::{Field, NoForm, Sense};
 use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
-use crate::stage::cull::bounds::{BlockFields, Culled, cull_field};
-use crate::stage::cull::cpu::range;
-use crate::stage::cull::map::BrickMap;
+use crate::stage::cull::bounds::BlockFields;
 use crate::stage::emit::cpu::{
     Beside, EdgeNumbers, Gradients, Nearby, emit_field_vertices, emit_indices, emit_volume_vertices,
 };
@@ -19,84 +17,15 @@ use crate::stage::sample::row::Sampler;
 use crate::stage::samples::Samples;
 use crate::stage::scan::cpu::scan;
 use crate::table::MARCHING_CUBES;
+use crate::volume::Volume;
 use bytemuck::Zeroable;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Bricks that one task takes.
-const TASK: usize = 32;
-
-/// Extracts the mesh by the CPU twins. `progress` hears how much of the work is done, from 0 to 1.
-///
-/// The mesh is the GPU's: same vertices in the same order, positions and normals equal where the GPU
-/// rounds as IEEE 754 says.
-///
-/// # Errors
-/// [`ExtractError::Iso`], [`ExtractError::Delta`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
-/// [`ExtractError::TooManyBricks`], [`ExtractError::NoForm`].
-pub fn extract_on_cpu(
-    source: &Source<'_>,
-    options: &Options,
-    progress: &(dyn Fn(f64) + Sync),
-) -> Result<(Mesh, Report), ExtractError> {
-    let mut job = Job::new(source, options)?;
-    let params = job.params;
-    let mut clock = Clock::start();
-    let bricks = params.slab_bricks as usize;
-    let volume_bytes = if let Source::Volume(volume) = source { volume.bytes() as usize } else { 0 };
-    job.held_bytes = volume_bytes + bricks * (8 + 8 + 4);
-    job.budget("the table of the grid's bricks", 0)?;
-
-    let mut non_finite = 0;
-    let culled = match source {
-        Source::Volume(volume) => {
-            let (ranges, odd) = volume.ranges(|values| range(&params, values));
-            non_finite = *odd;
-            Culled { active: BrickMap::of_ranges(&params, ranges).list(), ..Culled::default() }
-        }
-        Source::Field(field, _) if options.cull => cull_field(&params, *field),
-        Source::Field(..) => Culled { active: (0..bricks as u32).collect(), ..Culled::default() },
-    };
-    job.fields = culled.fields;
-    let active = &culled.active;
-    clock.lap(at::CULL);
-
-    let done = Progress::new(progress, active.len());
-    let found = AtomicUsize::new(0);
-    let classified = active.par_chunks(TASK).map(|bricks| {
-        let kept = job.classify(bricks, |_, _| {})?;
-        let all = found.fetch_add(kept.bricks.len(), Ordering::Relaxed) + kept.bricks.len();
-        job.budget(RECORDS, all * KEPT_BYTES)?;
-        done.add(bricks.len());
-        Ok(kept)
-    });
-    let active_bricks = active.len() as u64;
-    let classified: Vec<Kept> = classified.collect::<Result<_, ExtractError>>()?;
-    // From here on only bricks with surface have a slot: what they are costs nothing.
-    let mut kept = Kept::default();
-    kept.reserve(found.into_inner());
-    for mut task in classified {
-        kept.append(&mut task);
-    }
-    if matches!(source, Source::Field(..)) {
-        non_finite = kept.non_finite;
-    }
-    clock.lap(at::CLASSIFY);
-
-    let (mesh, peak_bytes) = job.emit(&mut kept, &mut clock)?;
-    let report = Report {
-        vertices: mesh.vertices.len() as u64,
-        triangles: mesh.triangles.len() as u64,
-        bricks: bricks as u64,
-        active_bricks,
-        non_finite,
-        slabs: 1,
-        peak_bytes,
-        seconds: clock.seconds,
-    };
-    Ok((mesh, report))
-}
+pub(super) const TASK: usize = 32;
 
 /// What [`Kept`] is called where it does not fit.
 pub(crate) const RECORDS: &str = "the records of the bricks with surface";
@@ -130,6 +59,20 @@ impl<'a> Job<'a> {
         })
     }
 
+    /// A run over a part of a volume, which `window` holds and `params` name.
+    pub(super) fn in_window(window: &'a Volume, options: &Options, params: Params) -> Self {
+        let sense = options.sense.unwrap_or(Sense::Above);
+        Self {
+            source: Source::Volume(window),
+            params,
+            inside: Inside::new(options.iso, sense),
+            normals: options.normals,
+            memory_budget: options.memory_budget,
+            held_bytes: 0,
+            fields: BlockFields::default(),
+        }
+    }
+
     /// Whether so many bytes fit beside those that are held.
     pub(crate) fn budget(&self, what: &'static str, bytes: usize) -> Result<(), ExtractError> {
         let (needed, budget) = ((self.held_bytes + bytes) as u64, self.memory_budget);
@@ -161,11 +104,80 @@ impl<'a> Job<'a> {
         Ok(kept)
     }
 
-    /// scan, emit and normals: the mesh of the bricks in `kept`, in order, and the most bytes that were held at
+    /// Samples and classifies bricks, those of a field: many may turn out to have no surface, and get no record.
+    pub(super) fn classify_all(
+        &self,
+        active: &[u32],
+        kept: &mut Kept,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<(), ExtractError> {
+        let done = Progress::new(progress, active.len());
+        let found = AtomicUsize::new(0);
+        let classified = active.par_chunks(TASK).map(|bricks| {
+            let kept = self.classify(bricks, |_, _| {})?;
+            let all = found.fetch_add(kept.bricks.len(), Ordering::Relaxed) + kept.bricks.len();
+            self.budget(RECORDS, all * KEPT_BYTES)?;
+            done.add(bricks.len());
+            Ok(kept)
+        });
+        let classified: Vec<Kept> = classified.collect::<Result<_, ExtractError>>()?;
+        // From here on only bricks with surface have a slot: what they are costs nothing.
+        kept.reserve(found.into_inner());
+        for mut task in classified {
+            kept.append(&mut task);
+        }
+        Ok(())
+    }
+
+    /// Classifies the bricks in `kept`, those of a volume: nearly all of them have surface, so that their records are made where
+    /// they are to stay.
+    pub(super) fn classify_in_place(
+        &self,
+        kept: &mut Kept,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<(), ExtractError> {
+        let count = kept.bricks.len();
+        if self.budget(RECORDS, count * KEPT_BYTES).is_err() {
+            // Bricks with NaN may be many, and have no surface.
+            let active = std::mem::take(&mut kept.bricks);
+            return self.classify_all(&active, kept, progress);
+        }
+        let done = Progress::new(progress, count);
+        resize(&mut kept.records, count);
+        kept.counts.resize(count, [0; 2]);
+        let records = kept.records.par_chunks_mut(TASK).zip(kept.counts.par_chunks_mut(TASK));
+        kept.bricks.par_chunks(TASK).zip(records).try_for_each_init(
+            Sampler::default,
+            |sampler, (bricks, (records, counts))| {
+                for ((brick, record), count) in bricks.iter().zip(records).zip(counts) {
+                    let samples = self.samples(std::slice::from_ref(brick), sampler)?;
+                    *count = classify(&MARCHING_CUBES, self.inside, &samples, record);
+                }
+                done.add(bricks.len());
+                Ok::<(), NoForm>(())
+            },
+        )?;
+        kept.drop_empty();
+        Ok(())
+    }
+
+    /// As [`emit_into`](Self::emit_into), to a mesh of its own.
+    pub(crate) fn emit(&self, kept: &mut Kept, clock: &mut Clock) -> Result<(Mesh, u64), ExtractError> {
+        let mut mesh = Mesh::default();
+        let peak_bytes = self.emit_into(kept, &mut mesh, clock)?;
+        Ok((mesh, peak_bytes))
+    }
+
+    /// scan, emit and normals: the mesh of the bricks in `kept`, in order; returns the most bytes that were held at
     /// one time. The counts become offsets, the totals behind the last. Of each crossed edge of a brick's cells the owner must be
     /// among the bricks.
-    pub(crate) fn emit(&self, kept: &mut Kept, clock: &mut Clock) -> Result<(Mesh, u64), ExtractError> {
-        let Kept { bricks: active, records, counts, .. } = kept;
+    pub(super) fn emit_into(
+        &self,
+        kept: &mut Kept,
+        mesh: &mut Mesh,
+        clock: &mut Clock,
+    ) -> Result<u64, ExtractError> {
+        let Kept { bricks: active, counts, .. } = &mut *kept;
         let params = &self.params;
         counts.push([0; 2]);
         let totals = counts.iter().fold([0u64; 2], |t, c| [t[0] + u64::from(c[0]), t[1] + u64::from(c[1])]);
@@ -179,67 +191,65 @@ impl<'a> Job<'a> {
         scan(counts);
         clock.lap(at::SCAN);
 
-        let mut mesh = Mesh {
-            vertices: bytemuck::zeroed_vec(vertices as usize),
-            triangles: bytemuck::zeroed_vec(triangles as usize),
-        };
-        let is_marked = AtomicBool::new(false);
-        tasks(counts, &mut mesh)
-            .into_par_iter()
-            .map(|task| {
-                let mut sampler = Sampler::default();
-                let mut numbers = EdgeNumbers::new();
-                let mut nearby = Nearby::new(params, active, task.slots.start);
-                let (mut vertices, mut triangles) = (task.vertices, task.triangles);
-                let end = task.slots.end;
-                for slot in task.slots {
-                    let size = [0, 1].map(|i| (counts[slot + 1][i] - counts[slot][i]) as usize);
-                    let (own_vertices, own_triangles);
-                    (own_vertices, vertices) = vertices.split_at_mut(size[0]);
-                    (own_triangles, triangles) = triangles.split_at_mut(size[1]);
-                    let samples = self.samples(&active[slot..end], &mut sampler)?;
-                    let beside = Beside::new(&mut nearby, active, records, counts, slot);
-                    let (table, inside) = (&MARCHING_CUBES, self.inside);
-                    emit_indices(params, table, inside, &samples, &beside, &mut numbers, own_triangles);
-                    let origin = params.brick_origin(active[slot]);
-                    let record = &records[slot];
-                    let marked = match self.source {
-                        Source::Field(whole, _) => {
-                            let here = self.fields.field_in(params, active[slot], whole);
-                            let field = Gradients { normals: self.normals, here, whole };
-                            emit_field_vertices(
-                                params,
-                                inside,
-                                &field,
-                                origin,
-                                &samples,
-                                record,
-                                own_vertices,
-                            )?
-                        }
-                        Source::Volume(volume) => emit_volume_vertices(
-                            params,
-                            inside,
-                            volume.values(),
-                            origin,
-                            record,
-                            own_vertices,
-                        ),
-                    };
-                    if marked {
-                        is_marked.store(true, Ordering::Relaxed);
-                    }
-                }
-                Ok(())
-            })
-            .collect::<Result<(), NoForm>>()?;
+        resize(&mut mesh.vertices, vertices as usize);
+        resize(&mut mesh.triangles, triangles as usize);
+        let slots = 0..active.len();
+        let is_marked = self.fill(kept, slots, &mut mesh.vertices, &mut mesh.triangles)?;
         clock.lap(at::EMIT);
-        if is_marked.into_inner() {
+        if is_marked {
             add_neighbours(&mut mesh.vertices, &mesh.triangles);
             average(params, &mut mesh.vertices);
             clock.lap(at::NORMALS);
         }
-        Ok((mesh, (self.held_bytes + peak_bytes) as u64))
+        Ok((self.held_bytes + peak_bytes) as u64)
+    }
+
+    /// emit for some of the slots of `kept`, whose counts have become offsets, into vertices and triangles that are as many as
+    /// theirs. Tells whether any vertex had to be marked for the normals stage.
+    pub(crate) fn fill(
+        &self,
+        kept: &Kept,
+        slots: Range<usize>,
+        vertices: &mut [Vertex],
+        triangles: &mut [[u32; 3]],
+    ) -> Result<bool, NoForm> {
+        let Kept { bricks: active, records, counts, .. } = kept;
+        let params = &self.params;
+        let is_marked = AtomicBool::new(false);
+        let fill = |(sampler, numbers): &mut (Sampler, EdgeNumbers), task: Task<'_>| {
+            let mut nearby = Nearby::new(params, active, task.slots.start);
+            let (mut vertices, mut triangles) = (task.vertices, task.triangles);
+            let end = task.slots.end;
+            for slot in task.slots {
+                let size = [0, 1].map(|i| (counts[slot + 1][i] - counts[slot][i]) as usize);
+                let (own_vertices, own_triangles);
+                (own_vertices, vertices) = vertices.split_at_mut(size[0]);
+                (own_triangles, triangles) = triangles.split_at_mut(size[1]);
+                let samples = self.samples(&active[slot..end], sampler)?;
+                let beside = Beside::new(&mut nearby, active, records, counts, slot);
+                let (table, inside) = (&MARCHING_CUBES, self.inside);
+                emit_indices(params, table, inside, &samples, &beside, numbers, own_triangles);
+                let origin = params.brick_origin(active[slot]);
+                let record = &records[slot];
+                let marked = match self.source {
+                    Source::Field(whole, _) => {
+                        let here = self.fields.field_in(params, active[slot], whole);
+                        let field = Gradients { normals: self.normals, here, whole };
+                        emit_field_vertices(params, inside, &field, origin, &samples, record, own_vertices)?
+                    }
+                    Source::Volume(volume) => {
+                        emit_volume_vertices(params, inside, volume.values(), origin, record, own_vertices)
+                    }
+                };
+                if marked {
+                    is_marked.store(true, Ordering::Relaxed);
+                }
+            }
+            Ok(())
+        };
+        let tasks = tasks(counts, slots, vertices, triangles).into_par_iter();
+        tasks.try_for_each_init(Default::default, fill)?;
+        Ok(is_marked.into_inner())
     }
 
     /// The samples of the first of `bricks`: where they lie in a volume, or evaluated.
@@ -273,8 +283,20 @@ impl<'a> Job<'a> {
 /// Bytes of a brick in [`Kept`].
 pub(crate) const KEPT_BYTES: usize = size_of::<BrickRecord>() + 8 + 4;
 
+/// Gives a vector a length, and new memory only where that is more than it had: zeroed pages, which cost nothing until they
+/// are written.
+fn resize<T: bytemuck::Zeroable + Copy>(items: &mut Vec<T>, length: usize) {
+    if length > items.capacity() {
+        // The old memory first: both together may be too much.
+        *items = Vec::new();
+        *items = bytemuck::zeroed_vec(length);
+    } else {
+        items.resize(length, T::zeroed());
+    }
+}
+
 /// The bricks that hold surface, with what classify says of them.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Kept {
     pub(crate) bricks: Vec<u32>,
     pub(crate) records: Vec<BrickRecord>,
@@ -285,10 +307,44 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
+    pub(super) fn clear(&mut self) {
+        self.bricks.clear();
+        self.records.clear();
+        self.counts.clear();
+        self.non_finite = 0;
+    }
+
+    /// Drops the bricks without triangles and vertices.
+    fn drop_empty(&mut self) {
+        let mut to = 0;
+        for from in 0..self.counts.len() {
+            if self.counts[from] != [0; 2] {
+                if to < from {
+                    (self.bricks[to], self.records[to], self.counts[to]) =
+                        (self.bricks[from], self.records[from], self.counts[from]);
+                }
+                to += 1;
+            }
+        }
+        self.bricks.truncate(to);
+        self.records.truncate(to);
+        self.counts.truncate(to);
+    }
+
     pub(crate) fn reserve(&mut self, bricks: usize) {
         self.bricks.reserve_exact(bricks);
         self.records.reserve_exact(bricks);
         self.counts.reserve_exact(bricks + 1);
+    }
+
+    /// A copy of the bricks from slot `first` on, with `less` taken off their numbers.
+    pub(super) fn tail(&self, first: usize, less: u32) -> Self {
+        Self {
+            bricks: self.bricks[first..].iter().map(|brick| brick - less).collect(),
+            records: self.records[first..].to_vec(),
+            counts: self.counts[first..].to_vec(),
+            non_finite: 0,
+        }
     }
 
     pub(crate) fn append(&mut self, other: &mut Self) {
@@ -335,17 +391,20 @@ impl<'a> Progress<'a> {
 
 /// A run of slots and the part of the mesh that is theirs.
 struct Task<'a> {
-    slots: std::ops::Range<usize>,
+    slots: Range<usize>,
     vertices: &'a mut [Vertex],
     triangles: &'a mut [[u32; 3]],
 }
 
-fn tasks<'a>(offsets: &[[u32; 2]], mesh: &'a mut Mesh) -> Vec<Task<'a>> {
-    let (mut vertices, mut triangles) = (&mut mesh.vertices[..], &mut mesh.triangles[..]);
-    let slots = offsets.len() - 1;
-    let mut tasks = Vec::with_capacity(slots.div_ceil(TASK));
-    for first in (0..slots).step_by(TASK) {
-        let end = (first + TASK).min(slots);
+fn tasks<'a>(
+    offsets: &[[u32; 2]],
+    slots: Range<usize>,
+    mut vertices: &'a mut [Vertex],
+    mut triangles: &'a mut [[u32; 3]],
+) -> Vec<Task<'a>> {
+    let mut tasks = Vec::with_capacity(slots.len().div_ceil(TASK));
+    for first in slots.clone().step_by(TASK) {
+        let end = (first + TASK).min(slots.end);
         let size = [0, 1].map(|i| (offsets[end][i] - offsets[first][i]) as usize);
         let (own_vertices, own_triangles);
         (own_vertices, vertices) = vertices.split_at_mut(size[0]);

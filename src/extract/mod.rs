@@ -2,20 +2,23 @@
 //! ([`extract_on_cpu`]).
 
 mod cpu;
+mod cpu_extractor;
 mod encode;
 mod gpu;
 mod normals;
 mod plan;
+mod planes;
 mod run;
 mod upload;
 mod workspace;
 
 pub use crate::field::differences::Normals;
-pub use cpu::extract_on_cpu;
 pub(crate) use cpu::{Clock, Job, KEPT_BYTES, Kept, RECORDS};
+pub use cpu_extractor::{CpuExtractor, extract_on_cpu};
 pub use gpu::Extractor;
 pub(crate) use plan::Most;
 pub use plan::Plan;
+pub use planes::{PlanesError, extract_planes};
 pub use run::Extraction;
 pub use workspace::Workspace;
 
@@ -123,6 +126,7 @@ pub const STAGES: [&str; 9] =
 /// Indices into [`Report::seconds`].
 #[allow(missing_docs, reason = "the names say it all")]
 pub mod stage_index {
+    pub const READ: usize = 0;
     pub const UPLOAD: usize = 1;
     pub const CULL: usize = 2;
     pub const SAMPLE: usize = 3;

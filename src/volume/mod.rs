@@ -8,6 +8,7 @@ mod decode;
 mod error;
 mod nifti;
 mod nrrd;
+mod planes;
 mod raw;
 mod source;
 mod tiff;
@@ -15,6 +16,7 @@ pub(crate) mod values;
 
 pub use decode::{Endian, ParseEndianError, ParseScalarError, Scalar};
 pub use error::OpenError;
+pub use planes::Planes;
 pub use raw::RawLayout;
 pub use values::{Sample, Slice, Values};
 
@@ -80,6 +82,15 @@ impl Volume {
     /// Bytes that the values take in memory.
     pub fn bytes(&self) -> u64 {
         self.values.bytes().len() as u64
+    }
+
+    /// The values of a part of a larger grid, for a run that knows which; there may be any number of them.
+    pub(crate) fn window(grid: Grid, values: Values) -> Self {
+        Self { grid, values, ranges: OnceLock::new() }
+    }
+
+    pub(crate) fn values_mut(&mut self) -> &mut Values {
+        &mut self.values
     }
 
     /// The table that the CPU's cull stage reads, built by `build` on the first call.

@@ -2,16 +2,64 @@
 
 use super::decode::{Coding, Endian, Scalar, fill, read_values};
 use super::error::OpenError;
+use super::planes::{Located, Starts, no_planes};
 use super::source::{Placement, Source, finish, layout, reserve, skip};
 use super::{OpenOptions, Opened, opened};
+use crate::grid::Grid;
 use glam::{DMat3, DVec3};
 use nifti::NiftiHeader;
+use std::io::BufRead;
 use std::path::Path;
 
 /// Bytes of a NIfTI-1 header.
 const HEADER: usize = 348;
 
+/// A header, and the stream behind it.
+struct Head {
+    stream: Box<dyn BufRead>,
+    gzip: bool,
+    /// Bytes of the file.
+    len: u64,
+    dims: [u64; 3],
+    frames: u64,
+    grid: Grid,
+    coding: Coding,
+    /// First byte of the values.
+    offset: u64,
+    notes: Vec<String>,
+}
+
 pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
+    let Head { mut stream, gzip, len, dims, frames, grid, coding, offset, mut notes } = head(path, options)?;
+    skip(path, &mut stream, offset - HEADER as u64, "extensions before the values")?;
+    let reserve = reserve(len, gzip, coding.scalar.size());
+    let (values, loss) = read_values(path, &mut stream, dims, &coding, reserve)?;
+    loss.notes(&coding, &mut notes);
+    if frames > 1 {
+        notes.push(first_frame(frames));
+    } else {
+        finish(path, &mut stream, &mut notes)?;
+    }
+    opened(path, grid, values, notes)
+}
+
+/// Where the values lie.
+pub(super) fn locate(path: &Path, options: &OpenOptions) -> Result<Located, OpenError> {
+    let Head { gzip, frames, grid, coding, offset, mut notes, .. } = head(path, options)?;
+    if gzip {
+        return Err(no_planes(path, "compressed"));
+    }
+    if frames > 1 {
+        notes.push(first_frame(frames));
+    }
+    Ok(Located { path: path.to_owned(), grid, coding, starts: Starts::Together(offset), notes })
+}
+
+fn first_frame(frames: u64) -> String {
+    format!("{frames} frames in the file; frame 0 is read")
+}
+
+fn head(path: &Path, options: &OpenOptions) -> Result<Head, OpenError> {
     let source = Source::open(path)?;
     let gzip = source.gzip;
     // The sizes that bound what the data may be, before the file becomes a stream.
@@ -43,16 +91,7 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
         };
         return Err(OpenError::Truncated { file: path.to_owned(), need, have });
     }
-    skip(path, &mut stream, offset - HEADER as u64, "extensions before the values")?;
-    let reserve = reserve(len, gzip, scalar.size());
-    let (values, loss) = read_values(path, &mut stream, dims, &coding, reserve)?;
-    loss.notes(&coding, &mut notes);
-    if frames > 1 {
-        notes.push(format!("{frames} frames in the file; frame 0 is read"));
-    } else {
-        finish(path, &mut stream, &mut notes)?;
-    }
-    opened(path, grid, values, notes)
+    Ok(Head { stream, gzip, len, dims, frames, grid, coding, offset, notes })
 }
 
 /// Checks everything that tells a NIfTI-1 file and its byte order, then lets the crate parse.

@@ -2,8 +2,10 @@
 
 use super::decode::{Coding, Endian, Scalar, read_values};
 use super::error::OpenError;
+use super::planes::{Located, Starts};
 use super::source::{Placement, Source, layout, reserve, skip};
 use super::{OpenOptions, Opened, opened};
+use crate::grid::Grid;
 use glam::{DMat3, Vec3};
 use std::path::Path;
 
@@ -31,7 +33,32 @@ impl RawLayout {
     }
 }
 
+/// A file that is as long as its layout says.
+struct Head<'a> {
+    raw: &'a RawLayout,
+    source: Source,
+    grid: Grid,
+    coding: Coding,
+    notes: Vec<String>,
+}
+
 pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
+    let Head { raw, source, grid, coding, mut notes } = head(path, options)?;
+    let reserve = reserve(source.len, false, raw.scalar.size());
+    let mut stream = source.into_stream(false);
+    skip(path, &mut stream, raw.skip_bytes, "header that are skipped")?;
+    let (values, loss) = read_values(path, &mut stream, raw.dims.map(u64::from), &coding, reserve)?;
+    loss.notes(&coding, &mut notes);
+    opened(path, grid, values, notes)
+}
+
+/// Where the values lie.
+pub(super) fn locate(path: &Path, options: &OpenOptions) -> Result<Located, OpenError> {
+    let Head { raw, source, grid, coding, notes } = head(path, options)?;
+    Ok(Located { path: source.path, grid, coding, starts: Starts::Together(raw.skip_bytes), notes })
+}
+
+fn head<'a>(path: &Path, options: &'a OpenOptions) -> Result<Head<'a>, OpenError> {
     let Some(raw) = &options.raw else {
         return Err(OpenError::NoLayout { file: path.to_owned() });
     };
@@ -66,10 +93,5 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
     if rest > 0 {
         notes.push(format!("the file holds {} volumes of this size; the first is read", rest / need + 1));
     }
-    let reserve = reserve(source.len, false, raw.scalar.size());
-    let mut stream = source.into_stream(false);
-    skip(path, &mut stream, raw.skip_bytes, "header that are skipped")?;
-    let (values, loss) = read_values(path, &mut stream, dims, &coding, reserve)?;
-    loss.notes(&coding, &mut notes);
-    opened(path, grid, values, notes)
+    Ok(Head { raw, source, grid, coding, notes })
 }

@@ -9,6 +9,7 @@
 mod glb;
 mod obj;
 mod off;
+pub(crate) mod parts;
 mod ply;
 mod rib;
 mod stl;
@@ -49,6 +50,12 @@ pub enum WriteError {
         /// The limit.
         what: String,
     },
+    /// A format that needs the whole mesh at once.
+    #[error("{}: only .ply and .stl are written in parts; name the file so.", path.display())]
+    NotInParts {
+        /// The path asked for.
+        path: PathBuf,
+    },
     /// A triangle names a vertex that does not exist.
     #[error(
         "{}: triangle {triangle} names vertex {vertex}, but the mesh has {vertices}; the mesh is broken.",
@@ -72,7 +79,7 @@ pub fn is_mesh_ending(path: &Path) -> bool {
 }
 
 /// The ending as it stands in [`ENDINGS`].
-fn ending(path: &Path) -> Option<&'static str> {
+pub(crate) fn ending(path: &Path) -> Option<&'static str> {
     let found = path.extension()?.to_str()?;
     ENDINGS.into_iter().find(|known| known.eq_ignore_ascii_case(found))
 }
@@ -112,7 +119,7 @@ pub fn write(mesh: &Mesh, path: &Path) -> Result<u64, WriteError> {
     }
     let too_large = |what: String| WriteError::TooLarge { path: path.into(), what };
     match format {
-        "stl" => stl::fits(mesh).map_err(too_large)?,
+        "stl" => stl::fits(mesh.triangles.len() as u64).map_err(too_large)?,
         "glb" => glb::fits(mesh).map_err(too_large)?,
         _ => {}
     }

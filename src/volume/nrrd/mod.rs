@@ -4,8 +4,10 @@ mod header;
 
 use super::decode::{Coding, Endian, Loss, Scalar, read_values};
 use super::error::OpenError;
+use super::planes::{Located, Starts, no_planes};
 use super::source::{Placement, Source, finish, layout, reserve, skip};
 use super::{OpenOptions, Opened, Values, opened};
+use crate::grid::Grid;
 use glam::{DMat3, DVec3};
 use header::{Field, Header};
 use std::io::{BufRead, Read, Seek, SeekFrom};
@@ -18,7 +20,43 @@ enum Encoding {
     Text,
 }
 
+/// What a header says, and the file with the values.
+struct Head {
+    source: Source,
+    header: Header,
+    /// First byte behind the header, where the values are in the same file.
+    start: u64,
+    encoding: Encoding,
+    coding: Coding,
+    sizes: [u64; 3],
+    grid: Grid,
+    /// Bytes of the values.
+    need: u64,
+    notes: Vec<String>,
+}
+
 pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
+    let mut head = head(path, options)?;
+    let skips = find(&mut head)?;
+    let (grid, coding) = (head.grid, head.coding);
+    let (values, loss, mut notes) = values(head, skips)?;
+    loss.notes(&coding, &mut notes);
+    opened(path, grid, values, notes)
+}
+
+/// Where the values lie.
+pub(super) fn locate(path: &Path, options: &OpenOptions) -> Result<Located, OpenError> {
+    let mut head = head(path, options)?;
+    if head.encoding != Encoding::Raw {
+        return Err(no_planes(path, "compressed, or text"));
+    }
+    let [at, bytes] = find(&mut head)?;
+    head.source.must_hold(head.need.saturating_add(bytes), at, false)?;
+    let Head { source, grid, coding, notes, .. } = head;
+    Ok(Located { path: source.path, grid, coding, starts: Starts::Together(at + bytes), notes })
+}
+
+fn head(path: &Path, options: &OpenOptions) -> Result<Head, OpenError> {
     let mut notes = Vec::new();
     let mut source = Source::open(path)?;
     let header = Header::read(path, &mut source.reader, &mut notes)?;
@@ -52,9 +90,7 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenErr
             "Name the data file, or use the file that the data are attached to",
         ));
     }
-    let (values, loss) = values(source, &header, start, encoding, &coding, axes.sizes, need, &mut notes)?;
-    loss.notes(&coding, &mut notes);
-    opened(path, grid, values, notes)
+    Ok(Head { source, header, start, encoding, coding, sizes: axes.sizes, grid, need, notes })
 }
 
 fn scalar(path: &Path, header: &Header) -> Result<Scalar, OpenError> {
@@ -266,17 +302,9 @@ fn data_file(path: &Path, header: &Header, field: &Field) -> Result<PathBuf, Ope
     Ok(file)
 }
 
-#[expect(clippy::too_many_arguments, reason = "one call, and every part comes from elsewhere")]
-fn values(
-    mut source: Source,
-    header: &Header,
-    start: u64,
-    encoding: Encoding,
-    coding: &Coding,
-    dims: [u64; 3],
-    need: u64,
-    notes: &mut Vec<String>,
-) -> Result<(Values, Loss), OpenError> {
+/// Finds the values: the byte that the file is now read up to, and how many more are to be skipped.
+fn find(head: &mut Head) -> Result<[u64; 2], OpenError> {
+    let Head { source, header, encoding, .. } = head;
     let whole = |key: &str, lowest: i64| -> Result<i64, OpenError> {
         let Some(field) = header.get(key) else { return Ok(0) };
         match field.value.parse::<i64>() {
@@ -287,18 +315,15 @@ fn values(
     let lines = whole("lineskip", 0)?;
     let bytes = whole("byteskip", -1)?;
     let path = source.path.clone();
-    let gzip = encoding == Encoding::Gzip;
-    let reserve = reserve(source.len, gzip, coding.scalar.size());
-
-    let mut at = start;
+    let mut at = head.start;
     if bytes == -1 {
-        if encoding != Encoding::Raw {
+        if *encoding != Encoding::Raw {
             let field = header.need("byteskip")?;
             return Err(header.bad(field, "-1 goes with encoding raw only"));
         }
         // The values are the last thing in the file, whatever stands before them.
-        source.must_hold(need, start, false)?;
-        at = source.len - need;
+        source.must_hold(head.need, at, false)?;
+        at = source.len - head.need;
         source.reader.seek(SeekFrom::Start(at)).map_err(|e| OpenError::reading(&path, e))?;
     } else {
         for line in 0..lines {
@@ -312,18 +337,26 @@ fn values(
             at += passed as u64;
         }
     }
-    let bytes = u64::try_from(bytes).unwrap_or(0);
+    Ok([at, u64::try_from(bytes).unwrap_or(0)])
+}
+
+fn values(head: Head, [at, bytes]: [u64; 2]) -> Result<(Values, Loss, Vec<String>), OpenError> {
+    let Head { source, encoding, coding, sizes, need, mut notes, .. } = head;
+    let path = source.path.clone();
+    let gzip = encoding == Encoding::Gzip;
+    let reserve = reserve(source.len, gzip, coding.scalar.size());
     if encoding == Encoding::Text {
         let mut stream = source.into_stream(false);
         skip(&path, &mut stream, bytes, "bytes to skip")?;
-        return text(&path, &mut stream, dims, coding);
+        let (values, loss) = text(&path, &mut stream, sizes, &coding)?;
+        return Ok((values, loss, notes));
     }
     source.must_hold(need.saturating_add(bytes), at, gzip)?;
     let mut stream = source.into_stream(gzip);
     skip(&path, &mut stream, bytes, "bytes to skip")?;
-    let read = read_values(&path, &mut stream, dims, coding, reserve)?;
-    finish(&path, &mut stream, notes)?;
-    Ok(read)
+    let (values, loss) = read_values(&path, &mut stream, sizes, &coding, reserve)?;
+    finish(&path, &mut stream, &mut notes)?;
+    Ok((values, loss, notes))
 }
 
 /// Numbers between white space.

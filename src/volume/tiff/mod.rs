@@ -3,8 +3,10 @@
 mod directory;
 mod imagej;
 
+use crate::grid::Grid;
 use crate::volume::decode::{Coding, Endian, Loss, Scalar, append, grow, read_values};
 use crate::volume::error::OpenError;
+use crate::volume::planes::{Located, Starts, no_planes};
 use crate::volume::source::{Placement, Source, layout};
 use crate::volume::{OpenOptions, Opened, Values, opened};
 use glam::{DMat3, DVec3};
@@ -23,13 +25,92 @@ const MOST_PACKED: u64 = 4096;
 type Pages = Decoder<BufReader<File>>;
 
 pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
-    // The crate multiplies header fields unchecked before it hands anything out (in 0.11.3 the
-    // number of strips or tiles), which panics in builds that check overflow.
-    catch_unwind(AssertUnwindSafe(|| read_pages(path, options)))
+    caught(path, || read_pages(path, options))
+}
+
+/// Where the values lie.
+pub(super) fn locate(path: &Path, options: &OpenOptions) -> Result<Located, OpenError> {
+    caught(path, || locate_pages(path, options))
+}
+
+/// The crate multiplies header fields unchecked before it hands anything out (in 0.11.3 the number of strips or tiles), which
+/// panics in builds that check overflow.
+fn caught<T>(path: &Path, work: impl FnOnce() -> Result<T, OpenError>) -> Result<T, OpenError> {
+    catch_unwind(AssertUnwindSafe(work))
         .unwrap_or_else(|_| Err(OpenError::corrupt(path, "its directory of pages makes no sense")))
 }
 
+/// What the directories of a file's pages say.
+struct Head {
+    pages: Pages,
+    page: Page,
+    stack: Stack,
+    /// Whether one directory stands for all pages, which follow each other.
+    contiguous: bool,
+    grid: Grid,
+    /// Of the values as they come from the crate, and as they lie in the file.
+    coding: Coding,
+    coding_in_file: Coding,
+    /// Bytes of the file, and of the values.
+    len: u64,
+    need: u64,
+    notes: Vec<String>,
+}
+
 fn read_pages(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
+    let mut head = head(path, options)?;
+    let (values, loss) =
+        if head.contiguous { read_contiguous(path, &mut head)? } else { read_each(path, &mut head)? };
+    let Head { grid, coding, mut notes, .. } = head;
+    loss.notes(&coding, &mut notes);
+    opened(path, grid, values, notes)
+}
+
+fn locate_pages(path: &Path, options: &OpenOptions) -> Result<Located, OpenError> {
+    let mut head = head(path, options)?;
+    let starts = if head.contiguous {
+        Starts::Together(start_of_contiguous(path, &mut head)?)
+    } else {
+        if head.page.compression != CompressionMethod::None {
+            return Err(no_planes(path, "compressed"));
+        }
+        // Read as they lie, without the crate, which turns some of them over.
+        head.coding = head.coding_in_file;
+        let points = head.page.width * head.page.height;
+        let size = points * head.coding.scalar.size() as u64;
+        let Stack { first, stride, slices } = head.stack;
+        let start = |slice| {
+            let number = first + slice * stride;
+            head.pages.seek_to_image(number as usize).map_err(|e| failed(path, number, e))?;
+            match one_piece(path, &mut head.pages)? {
+                Some((start, bytes))
+                    if bytes >= size && start.checked_add(size).is_some_and(|end| end <= head.len) =>
+                {
+                    Ok(start)
+                }
+                Some(_) => {
+                    Err(OpenError::corrupt(path, format!("page {number} (from 0) is not all in the file")))
+                }
+                None => Err(no_planes(path, "cut into tiles, or into strips that do not follow each other")),
+            }
+        };
+        Starts::Each((0..slices).map(start).collect::<Result<_, _>>()?)
+    };
+    let Head { grid, coding, notes, .. } = head;
+    Ok(Located { path: path.to_owned(), grid, coding, starts, notes })
+}
+
+/// The first byte of a page and how many it has, if its strips follow each other.
+fn one_piece(path: &Path, pages: &mut Pages) -> Result<Option<(u64, u64)>, OpenError> {
+    let strips = find_list(path, pages, Tag::StripOffsets)?;
+    let sizes = find_list(path, pages, Tag::StripByteCounts)?;
+    let joined =
+        strips.iter().zip(strips.iter().skip(1)).zip(&sizes).all(|((a, b), n)| a.checked_add(*n) == Some(*b));
+    let bytes = sizes.iter().fold(0_u64, |sum, n| sum.saturating_add(*n));
+    Ok(strips.first().filter(|_| joined && strips.len() == sizes.len()).map(|&start| (start, bytes)))
+}
+
+fn head(path: &Path, options: &OpenOptions) -> Result<Head, OpenError> {
     let mut notes = Vec::new();
     let mut source = Source::open(path)?;
     let len = source.len;
@@ -79,15 +160,17 @@ fn read_pages(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
     }
 
     let dims = [first.width, first.height, stack.slices];
-    let coding = page_coding(&first, contiguous, pages.byte_order(), slope, intercept);
+    let endian = if pages.byte_order() == ByteOrder::BigEndian { Endian::Big } else { Endian::Little };
+    let coding_in_file = Coding::scaled(first.scalar, endian, slope, intercept);
+    let coding = if contiguous { coding_in_file } else { coding_by_crate(&first, slope, intercept) };
     let (grid, need) = layout(path, dims, &coding, &place, options)?;
     let truncated = |have: u64| OpenError::Truncated {
         file: path.to_owned(),
         need,
         have: format!("there are at most {have}"),
     };
-    let plain = first.compression == CompressionMethod::None;
-    let most = if plain { len } else { len.saturating_mul(MOST_PACKED) };
+    let most =
+        if first.compression == CompressionMethod::None { len } else { len.saturating_mul(MOST_PACKED) };
     if need > most {
         return Err(truncated(most));
     }
@@ -95,23 +178,12 @@ fn read_pages(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
         notes.push("the pages are shown inverted (WhiteIsZero); the stored values are kept".to_owned());
     }
 
-    let (values, loss) = if contiguous {
-        read_contiguous(path, &mut pages, &first, &coding, stack, len, need)?
-    } else {
-        read_each(path, &mut pages, &first, &coding, stack, plain)?
-    };
-    loss.notes(&coding, &mut notes);
-    opened(path, grid, values, notes)
+    Ok(Head { pages, page: first, stack, contiguous, grid, coding, coding_in_file, len, need, notes })
 }
 
-/// How the values of pages come: as the file has them where the pages are `contiguous`, else from the crate.
-fn page_coding(page: &Page, contiguous: bool, order: ByteOrder, slope: f64, intercept: f64) -> Coding {
-    let scalar = page.scalar;
-    if contiguous {
-        let endian = if order == ByteOrder::BigEndian { Endian::Big } else { Endian::Little };
-        return Coding::scaled(scalar, endian, slope, intercept);
-    }
-    let endian = Endian::NATIVE;
+/// How the values of pages come from the crate.
+fn coding_by_crate(page: &Page, slope: f64, intercept: f64) -> Coding {
+    let (scalar, endian) = (page.scalar, Endian::NATIVE);
     if !page.white_is_zero {
         return Coding::scaled(scalar, endian, slope, intercept);
     }
@@ -128,21 +200,15 @@ struct Stack {
     slices: u64,
 }
 
-fn read_each(
-    path: &Path,
-    pages: &mut Pages,
-    page: &Page,
-    coding: &Coding,
-    stack: Stack,
-    plain: bool,
-) -> Result<(Values, Loss), OpenError> {
+fn read_each(path: &Path, head: &mut Head) -> Result<(Values, Loss), OpenError> {
+    let Head { pages, page, coding, stack, .. } = head;
     let dims = [page.width, page.height, stack.slices];
     // Within the file's size, see `need` above.
     let points = (page.width * page.height) as usize;
     let size = points * coding.scalar.size();
     let mut bytes = Vec::new();
     let mut values = coding.none();
-    if plain {
+    if page.compression == CompressionMethod::None {
         grow(path, dims, &mut values, points * stack.slices as usize)?;
     }
     let mut loss = Loss::default();
@@ -194,15 +260,18 @@ fn holds(path: &Path, pages: &mut Pages, page: &Page, number: u64, size: u64) ->
 }
 
 /// ImageJ writes stacks over 4 GiB with one directory: the other pages follow the first.
-fn read_contiguous(
-    path: &Path,
-    pages: &mut Pages,
-    page: &Page,
-    coding: &Coding,
-    stack: Stack,
-    len: u64,
-    need: u64,
-) -> Result<(Values, Loss), OpenError> {
+fn read_contiguous(path: &Path, head: &mut Head) -> Result<(Values, Loss), OpenError> {
+    let start = start_of_contiguous(path, head)?;
+    let Head { pages, page, coding, stack, need, .. } = head;
+    let reader = pages.inner();
+    reader.seek(SeekFrom::Start(start)).map_err(|e| OpenError::reading(path, e))?;
+    let dims = [page.width, page.height, stack.slices];
+    read_values(path, reader, dims, coding, *need / coding.scalar.size() as u64)
+}
+
+/// The first byte of pages that follow each other.
+fn start_of_contiguous(path: &Path, head: &mut Head) -> Result<u64, OpenError> {
+    let Head { pages, page, stack, len, need, .. } = head;
     let other = |why: &str| {
         let what = format!("an ImageJ stack with one directory for all its pages and {why}");
         OpenError::unsupported(path, what, "Save the stack with one directory a page")
@@ -213,26 +282,19 @@ fn read_contiguous(
     if stack.stride != 1 || stack.first != 0 {
         return Err(other("more than one channel"));
     }
-    let strips = find_list(path, pages, Tag::StripOffsets)?;
-    let sizes = find_list(path, pages, Tag::StripByteCounts)?;
     // The first page must be in one piece for the others to follow it.
-    let in_one_piece =
-        strips.iter().zip(strips.iter().skip(1)).zip(&sizes).all(|((a, b), n)| a.checked_add(*n) == Some(*b));
-    let Some(start) = strips.first().copied().filter(|_| in_one_piece) else {
+    let Some((start, _)) = one_piece(path, pages)? else {
         return Err(other("a first page in several pieces"));
     };
     let rest = len.saturating_sub(start);
-    if rest < need {
+    if rest < *need {
         return Err(OpenError::Truncated {
             file: path.to_owned(),
-            need,
+            need: *need,
             have: format!("there are only {rest}"),
         });
     }
-    let reader = pages.inner();
-    reader.seek(SeekFrom::Start(start)).map_err(|e| OpenError::reading(path, e))?;
-    let dims = [page.width, page.height, stack.slices];
-    read_values(path, reader, dims, coding, need / coding.scalar.size() as u64)
+    Ok(start)
 }
 
 /// What all pages of a stack have in common.

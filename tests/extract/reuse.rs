@@ -1,0 +1,77 @@
+//! `CpuExtractor`: the meshes are those of `extract_on_cpu`, in memory that is used again.
+
+use crate::common::{self, noise};
+use glam::Vec3;
+use isoforge::extract::{CpuExtractor, ExtractError, Options, Source, extract_on_cpu};
+use isoforge::field::Sense;
+use isoforge::grid::Grid;
+use isoforge::volume::Volume;
+
+/// Calls of all kinds one after another, larger and smaller ones: nothing of the one before is left. Goes red when `Kept::clear`
+/// forgets the counts.
+#[test]
+fn the_same_meshes() {
+    let volumes: Vec<Volume> = [[20, 17, 16], [7, 8, 23], [65, 40, 33], [1, 1, 1], [31, 30, 20]]
+        .into_iter()
+        .enumerate()
+        .map(|(i, cells)| noise(Grid::from_bounds(cells, -Vec3::ONE, Vec3::ONE).unwrap(), i as u64))
+        .collect();
+    let (gyroid, grid) = common::named("gyroid", 30);
+    let (steiner, small) = common::named("steiner", 17);
+    let mut sources: Vec<Source<'_>> = volumes.iter().map(Source::Volume).collect();
+    sources.extend([Source::Field(&gyroid, grid), Source::Field(&steiner, small)]);
+    // Nearly all of it is NaN, and in no brick is there surface.
+    let odd = common::sampled(grid, |p| if p.x > 0.0 { f32::NAN } else { 1.0 });
+    sources.push(Source::Volume(&odd));
+
+    let mut extractor = CpuExtractor::default();
+    for round in 0..2 {
+        for (i, source) in sources.iter().enumerate() {
+            for (iso, sense) in [(0.1, Sense::Above), (1e9, Sense::Above), (-0.2, Sense::Below)] {
+                for cull in [true, false] {
+                    let options = Options { sense: Some(sense), cull, ..Options::new(iso) };
+                    let (mesh, report) = extract_on_cpu(source, &options, &|_| {}).unwrap();
+                    let reused = extractor.extract(source, &options, &|_| {}).unwrap();
+                    let found = extractor.mesh();
+                    assert!(super::bytes(found) == super::bytes(&mesh), "source {i} at {iso}, round {round}");
+                    let numbers = |r: &isoforge::extract::Report| {
+                        [r.vertices, r.triangles, r.active_bricks, r.non_finite, r.peak_bytes]
+                    };
+                    assert_eq!(numbers(&reused), numbers(&report), "source {i} at {iso}");
+                }
+            }
+        }
+    }
+    let refused = extractor.extract(&sources[0], &Options::new(f32::NAN), &|_| {});
+    assert!(matches!(refused, Err(ExtractError::Iso(_))) && extractor.mesh().vertices.is_empty());
+    let tight = Options { memory_budget: 100_000, ..Options::new(0.0) };
+    let refused = extractor.extract(&sources[2], &tight, &|_| {});
+    assert!(matches!(refused, Err(ExtractError::Budget { .. })) && extractor.mesh().triangles.is_empty());
+}
+
+/// Goes red when `resize` makes new memory each time.
+#[test]
+fn the_same_memory() {
+    let (gyroid, grid) = common::named("gyroid", 60);
+    let volume = common::sampled(grid, |p| (p.x * 5.0).sin() + (p.y * 4.0).cos() + p.z);
+    for source in [Source::Volume(&volume), Source::Field(&gyroid, grid)] {
+        let mut extractor = CpuExtractor::default();
+        let mut places = |iso| {
+            extractor.extract(&source, &Options::new(iso), &|_| {}).unwrap();
+            let mesh = extractor.mesh();
+            assert!(mesh.triangles.len() > 1000);
+            (
+                mesh.vertices.as_ptr(),
+                mesh.triangles.as_ptr(),
+                mesh.vertices.capacity(),
+                mesh.triangles.capacity(),
+            )
+        };
+        let isos = [0.05, 0.0, 0.1, -0.1];
+        // Whichever is the largest, it was there once.
+        let first = isos.map(&mut places)[3];
+        for iso in isos {
+            assert_eq!(places(iso), first, "at {iso}");
+        }
+    }
+}
