@@ -88,9 +88,8 @@ impl fmt::Display for BenchReport {
         writeln!(f, "isoforge {}, {}, {} cores, {} threads", m.isoforge, m.system, m.cores, m.threads)?;
         if let Some(a) = &m.adapter {
             write!(f, "adapter {} ({}, {}, {})", a.name, a.kind, a.backend, a.driver)?;
-            match a.copied_bytes_per_second {
-                Some(speed) => write!(f, ", copies {:.1} GB/s", speed * 1e-9)?,
-                None => {}
+            if let Some(speed) = a.copied_bytes_per_second {
+                write!(f, ", copies {:.1} GB/s", speed * 1e-9)?;
             }
             writeln!(f, ", kernels {}", a.form)?;
             if let Some(limits) = &a.limits {
