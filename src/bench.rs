@@ -275,7 +275,8 @@ fn on_gpu(
     let (mut times, start) = (Times::default(), Instant::now());
     let mut space = match extractor.prepare_for(source, settings.memory_budget, report.active_bricks as u32) {
         Ok(space) => Some(space),
-        Err(ExtractError::Binding { .. }) => None,
+        // More than one slab has.
+        Err(ExtractError::Binding { .. } | ExtractError::Slots { .. }) => None,
         Err(error) => return Err(error),
     };
     while goes_on(options, &times, start) {
@@ -284,17 +285,19 @@ fn on_gpu(
         match timed(&mut times.again, || extractor.extract_in(buffers, source, settings, &|_| {})) {
             Ok(_) => {}
             // The mesh needs thinner slabs than one workspace has: `extract` alone finds them.
-            Err(ExtractError::Binding { .. }) => space = None,
+            Err(ExtractError::Binding { .. } | ExtractError::Slots { .. }) => space = None,
             Err(error) => return Err(error),
         }
     }
     let last = times.reports.last().cloned().unwrap_or_default();
+    // A volume need not lie on the GPU twice.
+    drop(space);
+    // What needs more than one slab cannot be recorded in one go.
     if last.slabs == 1 && last.triangles > 0 {
-        // What needs more than one slab cannot be recorded in one go.
-        times.frame = frame::frames(extractor, source, settings, &last).ok();
-    }
-    if let (Source::Volume(volume), 1..) = (source, options.sweep) {
-        times.sweep = frame::sweep(extractor, volume, settings, options.sweep)?;
+        times.frame = Some(frame::frames(extractor, source, settings, &last)?);
+        if let (Source::Volume(volume), 1..) = (source, options.sweep) {
+            times.sweep = frame::sweep(extractor, volume, settings, options.sweep)?;
+        }
     }
     Ok(times)
 }

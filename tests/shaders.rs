@@ -105,6 +105,10 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
         sources.push((format!("refine place, {name}"), shaders::refine_place(&wgsl)));
         for form in Form::ALL {
             sources.push((format!("classify, {name}, {form:?}"), shaders::classify(samples, form)));
+            if shaders::classify_samples(&wgsl, form) {
+                let source = shaders::classify_sampling(&wgsl, form);
+                sources.push((format!("classify and sample, {name}, {form:?}"), source));
+            }
         }
         for (normals, form) in [
             (Normals::Exact, Form::Serial),

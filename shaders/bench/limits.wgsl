@@ -13,7 +13,7 @@ fn copy(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
 
 const STEPS = 1024u;
 
-// Eight chains of multiplications and additions, 64 operations a step.
+// Four chains of multiplications and additions, 64 operations a step; others run beside.
 @compute @workgroup_size(256)
 fn multiply(@builtin(global_invocation_id) id: vec3<u32>) {
     let factor = vec4<f32>(0.999 + 1e-6 * f32(id.x & 15u));

@@ -1,5 +1,5 @@
-// Tests the brick's samples, which are there, an invocation a row: nothing is computed for a sample but its test. (A sample
-// an invocation reads memory in longer pieces, and takes 1.5 times as long for the arithmetic of places.)
+// Tests the brick's samples, which are there, an invocation a row: nothing is computed for a sample but its test. The other
+// way: read_samples.wgsl.
 //
 // Called once a kernel, by all 64 invocations.
 fn load_rows(slot: u32, origin: vec3<u32>, lane: u32, live: bool) {

@@ -65,7 +65,7 @@ impl Adapter {
             driver: format!("{} {}", info.driver, info.driver_info).trim().into(),
             max_binding_bytes: limits.max_storage_buffer_binding_size,
             timestamps: gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY),
-            form: gpu.form().to_string(),
+            form: format!("bricks {}, scans {}", gpu.form(), gpu.scan_form()),
             limits: with_limits.then(|| Limits::measure(gpu).ok()).flatten(),
             copied_bytes_per_second: copy_bandwidth(gpu).ok(),
         }

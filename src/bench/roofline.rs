@@ -136,7 +136,7 @@ pub(super) fn roofs(limits: &Limits, rows: &[Row]) -> Vec<Roof> {
                 (Input::Analytic, "sample") => true,
                 // Where there is no sample stage, classify takes them.
                 (Input::Analytic, "classify") => {
-                    !row.frame.as_ref().is_some_and(|frame| frame.stages.contains_key("sample"))
+                    row.frame.as_ref().is_some_and(|frame| !frame.stages.contains_key("sample"))
                 }
                 _ => false,
             };

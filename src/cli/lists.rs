@@ -37,7 +37,7 @@ pub fn info() -> Result<(), Failure> {
     }
     let best = adapters[0].get_info();
     if let Ok(gpu) = Gpu::open_adapter(&adapters[0]) {
-        say(format_args!("\nkernels on {}: {}", best.name, gpu.form()));
+        say(format_args!("\nkernels on {}: bricks {}, scans {}", best.name, gpu.form(), gpu.scan_form()));
     }
     say(if best.device_type == wgpu::DeviceType::Cpu {
         format!(

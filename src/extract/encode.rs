@@ -33,9 +33,10 @@ impl Extractor {
     /// Records an extraction into the caller's encoder: no readback, no waiting. The mesh's header holds
     /// the draw arguments; when a buffer is too short, it draws nothing and says what is needed.
     ///
-    /// Frames after the first with the same workspace and mesh make no buffer and no bind group, whatever iso value or
-    /// parameters, if the device has immediates ([`crate::gpu::Gpu::has_immediates`]): without, some small buffers. The
-    /// workspace keeps the last mesh's buffers alive.
+    /// Frames after the first with the same workspace and mesh make no buffer and no bind group, whatever iso value, sense or
+    /// parameters, if the device has immediates ([`crate::gpu::Gpu::has_immediates`]); without, small buffers and bind
+    /// groups each time. Another step of differences or another mesh makes them once more. The workspace keeps the last
+    /// mesh's buffers alive.
     ///
     /// # Errors
     /// [`ExtractError::Iso`], [`ExtractError::Delta`]; [`ExtractError::Slabs`] for a grid that needs more than one slab;
@@ -137,11 +138,15 @@ impl Extractor {
             let settings = self.settings(space, &params);
             let bindings = space.bindings(self, &settings);
             let offset = 24 * u64::from(batch);
-            if !space.kernels.classify_samples {
+            // Emit of several batches takes the samples once more, and the tracker has taken them before.
+            let sampling = space.kernels.classify_sampling.as_ref();
+            let sampling = sampling.filter(|_| space.plan.batches == 1 && !space.is_marked);
+            if sampling.is_none() {
                 self.encode_sample(space, encoder, &bindings, offset, timer);
             }
             let mut pass = timer.pass(encoder, "classify", at::CLASSIFY);
-            space.kernels.classify.encode(gpu, &mut pass, &bindings, &space.dispatches, offset);
+            let classify = sampling.unwrap_or(&space.kernels.classify);
+            classify.encode(gpu, &mut pass, &bindings, &space.dispatches, offset);
         }
         let mut pass = timer.pass(encoder, "scan", at::SCAN);
         self.scan_counts.encode(gpu, &mut pass, &bindings, space.plan.slots);

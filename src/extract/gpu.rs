@@ -2,7 +2,7 @@
 //! [`Options`] the cheap settings of a call.
 
 use super::encode::Target;
-use super::plan::{Limits, Most, Plan, Slab};
+use super::plan::{Limits, Most, Plan, RECORD_BYTES, Slab};
 use super::workspace::{SourceKernels, Workspace};
 use super::{ExtractError, Options, Source, check};
 use crate::field::{PARAMETER_VECTORS, Wgsl};
@@ -89,14 +89,24 @@ impl Extractor {
     /// [`ExtractError::Binding`], [`ExtractError::TooManyBricks`].
     pub fn prepare(&self, source: &Source<'_>, memory_budget: u64) -> Result<Workspace, ExtractError> {
         let options = Options { memory_budget, ..Options::new(0.0) };
-        Ok(self.prepare_cut(source, &options, Most::guess(source.grid()), None)?.0)
+        Ok(self.prepare_cut(source, &options, self.most(source, &options), None)?.0)
+    }
+
+    /// What is asked for at first where nothing is known of the surface: of a field that no interval culls all bricks are
+    /// active.
+    pub(crate) fn most(&self, source: &Source<'_>, options: &Options) -> Most {
+        let is_culled = match source {
+            Source::Field(field, _) => options.cull && field.wgsl().is_ok_and(|wgsl| wgsl.interval.is_some()),
+            Source::Volume(_) => true,
+        };
+        if is_culled { Most::guess(source.grid()) } else { Most::all(source.grid()) }
     }
 
     /// [`Extractor::prepare`] with room for `active_bricks` bricks that hold surface, 429 bytes each and 2916 more for the
     /// samples of a field: what a header with [`crate::gpu::Overflow::Bricks`] or [`ExtractError::Slots`] says.
     ///
     /// # Errors
-    /// As [`Extractor::prepare`].
+    /// As [`Extractor::prepare`]; [`ExtractError::Binding`] if the adapter binds no records of so many.
     pub fn prepare_for(
         &self,
         source: &Source<'_>,
@@ -105,7 +115,11 @@ impl Extractor {
     ) -> Result<Workspace, ExtractError> {
         let options = Options { memory_budget, ..Options::new(0.0) };
         let most = Most { slots: active_bricks.max(1), ..Most::at_first() };
-        Ok(self.prepare_cut(source, &options, most, None)?.0)
+        let space = self.prepare_cut(source, &options, most, None)?.0;
+        if space.plan.slots < most.slots.min(space.plan.bricks) {
+            return Err(self.unbindable(&space, u64::from(most.slots) * RECORD_BYTES));
+        }
+        Ok(space)
     }
 
     /// [`Extractor::prepare`] with slabs as large as `most` allows, and the seconds of the upload if there was one. A

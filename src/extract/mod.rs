@@ -16,7 +16,6 @@ pub use crate::field::differences::Normals;
 pub(crate) use cpu::{Clock, Job, KEPT_BYTES, Kept, RECORDS};
 pub use cpu_extractor::{CpuExtractor, extract_on_cpu};
 pub use gpu::Extractor;
-pub(crate) use plan::Most;
 pub use plan::Plan;
 pub use planes::{PlanesError, extract_planes};
 pub use run::Extraction;

@@ -34,10 +34,10 @@ const BATCH_OWN_BYTES: u64 = 24 + 2 * size_of::<Params>() as u64;
 const LEAST_BATCH: u64 = 64;
 /// A slab's vertices (at most 1536 an active brick) and triangles (2560) must be counted in 32 bits.
 const MOST_SLOTS: u64 = (u32::MAX / 2560) as u64;
-/// Active bricks that there is always room for.
-const LEAST_SLOTS: u32 = 1 << 15;
+/// Active bricks that there is always room for: all of a grid of 256³ cells.
+const LEAST_SLOTS: u32 = 33 * 33 * 33;
 /// Samples in memory at once beyond which more gain nothing.
-const BATCH_BYTES: u64 = 512 << 20;
+const BATCH_BYTES: u64 = 1 << 30;
 /// Rows are not cut finer than this, so that no grid falls apart into a slab a brick.
 const LEAST_RUN: u32 = 64;
 /// A volume goes to the GPU in pieces of about this size, two of them on their way.
@@ -122,6 +122,11 @@ impl Most {
         Self { own: UVec3::MAX, slots: ((16.0 * layer) as u32).max(LEAST_SLOTS) }
     }
 
+    /// Anything, with room for every brick.
+    pub fn all(grid: &Grid) -> Self {
+        Self { own: UVec3::MAX, slots: u32::try_from(grid.brick_count()).unwrap_or(u32::MAX) }
+    }
+
     /// Anything, with little room for active bricks: for those who look how many there are before they go on.
     pub fn at_first() -> Self {
         Self { own: UVec3::MAX, slots: LEAST_SLOTS }
@@ -174,8 +179,11 @@ impl Plan {
 
     fn largest_binding(&self, is_volume: bool) -> u64 {
         let bricks = u64::from(self.bricks);
-        let of_bricks = if is_volume { 8 * bricks } else { self.box_bytes().max(bricks / 4) };
-        self.source_bytes.max(u64::from(self.slots) * RECORD_BYTES).max(of_bricks)
+        let of_bricks = if is_volume { 8 * bricks } else { self.box_bytes() };
+        let map = 8 * BrickMap::word_count(bricks);
+        let largest = self.source_bytes.max(u64::from(self.slots) * RECORD_BYTES).max(of_bricks).max(map);
+        // As buffers are padded.
+        largest.next_multiple_of(16)
     }
 
     /// The largest slab's bricks along each axis, with the halo.
@@ -380,12 +388,17 @@ mod tests {
 
     #[test]
     fn a_grid_of_any_shape_is_cut_to_fit() {
-        let limits = Limits { binding: 128 << 20, budget: 1 << 34, fixed: 0, adapter: "" };
+        let limits = Limits { binding: 128 << 20, budget: 1 << 40, fixed: 0, adapter: "" };
         for cells in [[6000, 6000, 8], [8, 60_000, 6000], [1 << 20, 40, 9], [3000; 3]] {
             let grid = Grid::from_bounds(cells, Vec3::ZERO, Vec3::ONE).unwrap();
+            let plan = Plan::new(&grid, Some(Scalar::F32), limits, ANY).unwrap();
+            assert!(plan.largest_binding(true) <= limits.binding, "{cells:?}");
+            assert!(plan.slab_count() > 1, "{cells:?}");
+            // A field has no samples of its own, and room for as many active bricks as are bound.
             let plan = Plan::new(&grid, None, limits, ANY).unwrap();
             assert!(plan.largest_binding(false) <= limits.binding, "{cells:?}");
-            assert!(plan.slab_count() > 1, "{cells:?}");
+            assert_eq!(plan.slab_count(), 1, "{cells:?}");
+            assert!(plan.slots < plan.bricks);
         }
     }
 

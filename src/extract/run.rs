@@ -62,10 +62,13 @@ impl Extractor {
     ) -> Result<Extraction, ExtractError> {
         let budget = options.memory_budget;
         // How many active bricks there are is known once they are counted, which is cheap; but a volume is long on its way.
-        let mut most = match source {
-            Source::Field(..) => Most::at_first(),
-            Source::Volume(_) => Most::guess(source.grid()),
+        let mut most = match (source, self.most(source, options)) {
+            (Source::Field(..), most) if u64::from(most.slots) < source.grid().brick_count() => {
+                Most::at_first()
+            }
+            (_, most) => most,
         };
+        let mut uploaded: Option<f64> = None;
         let mut old = None;
         // Known once the mesh is counted.
         let (mut mesh, mut read) = (0, 0);
@@ -91,6 +94,9 @@ impl Extractor {
                 }
                 prepared => prepared?,
             };
+            if let Some(seconds) = upload {
+                *uploaded.get_or_insert(0.0) += seconds;
+            }
             match (self.run(&space, source, options, read_back, progress), plan::finer(space.plan.own)) {
                 // A slab's part of the mesh is more than the adapter binds: smaller slabs.
                 (Err(ExtractError::Binding { .. }), Some(finer)) => most.own = finer,
@@ -113,8 +119,8 @@ impl Extractor {
                     (mesh, read) = (of_mesh, of_read);
                 }
                 (Ok(Run::Done(mut extraction)), _) => {
-                    if let Some(upload) = upload {
-                        *extraction.report.seconds[at::UPLOAD].get_or_insert(0.0) += upload;
+                    if let Some(uploaded) = uploaded {
+                        *extraction.report.seconds[at::UPLOAD].get_or_insert(0.0) += uploaded;
                     }
                     return Ok(*extraction);
                 }
@@ -282,7 +288,7 @@ impl Extractor {
         if work.runaway != 0 { Err(ExtractError::Runaway { limit: MAX_ITERATIONS }) } else { Ok(work) }
     }
 
-    fn unbindable(&self, space: &Workspace, needed: u64) -> ExtractError {
+    pub(super) fn unbindable(&self, space: &Workspace, needed: u64) -> ExtractError {
         ExtractError::Binding {
             bricks: space.plan.bricks.into(),
             needed,

@@ -25,9 +25,10 @@ pub(crate) struct SourceKernels {
     pub(super) range: Range,
     pub(super) bounds: Option<Bounds>,
     pub(crate) sample: Option<Sample>,
-    /// Whether classify takes the samples itself.
-    pub(super) classify_samples: bool,
     pub(super) classify: Classify,
+    /// Classify that takes a field's samples itself, where the device's form has it. Only where emit finds those very
+    /// samples: what another kernel takes once more may differ in its last bits.
+    pub(super) classify_sampling: Option<Classify>,
     pub(super) emit: Emit,
 }
 
@@ -37,10 +38,14 @@ impl SourceKernels {
             Samples::Volume(_) => (None, None),
             Samples::Field(wgsl) => (Some(Sample::new(gpu, wgsl)?), Bounds::new(gpu, wgsl)?),
         };
-        let classify_samples =
-            matches!(samples, Samples::Field(wgsl) if shaders::classify_samples(wgsl, gpu.form()));
+        let classify_sampling = match samples {
+            Samples::Field(wgsl) if shaders::classify_samples(wgsl, gpu.form()) => {
+                Some(Classify::sampling(gpu, wgsl)?)
+            }
+            _ => None,
+        };
         Ok(Self {
-            classify_samples,
+            classify_sampling,
             range: Range::new(gpu, samples)?,
             bounds,
             sample,
@@ -244,8 +249,11 @@ impl Workspace {
             .set(b::FIELD, &self.field_parameters)
             .set(b::FIELD_DATA, &self.field_data_buffer)
             // Stands for a second window where there is none.
-            .set(b::NEIGHBOURS, &self.odd)
-            .keep_in(&self.groups);
+            .set(b::NEIGHBOURS, &self.odd);
+        // Without immediates each call has a buffer of its own, and no bind group would be found again.
+        if extractor.gpu.has_immediates() {
+            bindings.keep_in(&self.groups);
+        }
         bindings
     }
 }

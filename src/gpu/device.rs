@@ -75,6 +75,7 @@ pub struct Gpu {
     /// Longest wait for one piece of work.
     pub time_limit: Duration,
     form: Form,
+    scan_form: Form,
     state: Arc<State>,
 }
 
@@ -165,8 +166,8 @@ impl Gpu {
             callback.note(format!("{reason:?} {message}").trim_end().into());
             callback.lost.store(true, Ordering::SeqCst);
         });
-        let form = Form::best(&device, &info);
-        Self { device, queue, info, time_limit: TIME_LIMIT, form, state }
+        let (form, scan_form) = Form::best(&device, &info);
+        Self { device, queue, info, time_limit: TIME_LIMIT, form, scan_form, state }
     }
 
     /// Whether what changes from frame to frame travels within the commands: the device has immediates
@@ -201,15 +202,20 @@ impl Gpu {
         buffer
     }
 
-    /// How workgroups share their work.
+    /// How the workgroups of classify and emit share their work.
     pub fn form(&self) -> Form {
         self.form
+    }
+
+    /// How those of scan do.
+    pub fn scan_form(&self) -> Form {
+        self.scan_form
     }
 
     /// The same device with kernels of another form, for comparing them; none if it does not have it. Extractors made of
     /// it have that form.
     pub fn with_form(&self, form: Form) -> Option<Self> {
-        form.works_on(&self.device, &self.info).then(|| Self { form, ..self.clone() })
+        form.works_on(&self.device, &self.info).then(|| Self { form, scan_form: form, ..self.clone() })
     }
 
     /// Whether the adapter is software (lavapipe, SwiftShader, WARP).

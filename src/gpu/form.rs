@@ -8,13 +8,12 @@ use std::fmt;
 /// The kernels that differ are those of scan, classify and emit: `shaders/group/` and `shaders/brick/`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Form {
-    /// Each invocation for itself, with as few barriers as can be: a software adapter pays more for a barrier than for
-    /// reading twice.
+    /// Each invocation for itself, with as few barriers as can be, which cost software adapters dearly.
     Serial,
     /// Through memory of the workgroup: works on every GPU.
     Shared,
-    /// Sums by subgroup operations, the rest as [`Form::Shared`]: for GPUs that have them and whose subgroups are all of
-    /// one size, so that each is full.
+    /// Sums by subgroup operations, and samples read side by side; the rest as [`Form::Shared`]. For GPUs that have them and
+    /// whose subgroups are all of one size, so that each is full.
     Subgroup,
 }
 
@@ -22,14 +21,16 @@ impl Form {
     /// Every form.
     pub const ALL: [Self; 3] = [Self::Serial, Self::Shared, Self::Subgroup];
 
-    /// The fastest form of a device.
-    pub(super) fn best(device: &wgpu::Device, info: &wgpu::AdapterInfo) -> Self {
+    /// The fastest forms of a device: for bricks (classify and emit), and for scans. Software adapters read each sample of
+    /// a brick once, as GPUs do, which saves them more than its barriers cost (`benches/NOTES.md`); a scan has nothing
+    /// else to save.
+    pub(super) fn best(device: &wgpu::Device, info: &wgpu::AdapterInfo) -> (Self, Self) {
         if info.device_type == wgpu::DeviceType::Cpu {
-            Self::Serial
+            (Self::Shared, Self::Serial)
         } else if Self::Subgroup.works_on(device, info) {
-            Self::Subgroup
+            (Self::Subgroup, Self::Subgroup)
         } else {
-            Self::Shared
+            (Self::Shared, Self::Shared)
         }
     }
 
@@ -43,7 +44,7 @@ impl Form {
 impl fmt::Display for Form {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Serial => "serial (a software adapter: few barriers)",
+            Self::Serial => "serial, with few barriers",
             Self::Shared => "through workgroup memory",
             Self::Subgroup => "by subgroup operations",
         })

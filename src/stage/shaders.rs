@@ -33,6 +33,7 @@ const GROUP_SHARED: &str = include_str!("../../shaders/group/shared.wgsl");
 const GROUP_SUBGROUP: &str = include_str!("../../shaders/group/subgroup.wgsl");
 const SERIAL_ROWS: &str = include_str!("../../shaders/brick/serial_rows.wgsl");
 const SHARED_ROWS: &str = include_str!("../../shaders/brick/shared_rows.wgsl");
+const READ_SAMPLES: &str = include_str!("../../shaders/brick/read_samples.wgsl");
 const READ_ROWS: &str = include_str!("../../shaders/brick/read_rows.wgsl");
 const EMIT_SERIAL: &str = include_str!("../../shaders/emit/serial.wgsl");
 const EMIT_SHARED: &str = include_str!("../../shaders/emit/shared.wgsl");
@@ -78,7 +79,7 @@ const WRITE_MAP: &str = "@group(0) @binding(4) var<storage, read_write> map: arr
 pub enum Samples<'a> {
     /// In a box of a volume, in one of the types that volumes keep.
     Volume(Scalar),
-    /// In the bricks that the sample stage wrote of a field.
+    /// In the bricks that the sample stage wrote of a field, or classify in its place.
     Field(&'a Wgsl),
 }
 
@@ -154,7 +155,8 @@ fn group(form: Form, invocations: u32) -> String {
 fn rows(form: Form) -> String {
     match form {
         Form::Serial => SERIAL_ROWS.into(),
-        Form::Shared | Form::Subgroup => link(&[SHARED_ROWS, READ_ROWS]),
+        Form::Shared => link(&[SHARED_ROWS, READ_ROWS]),
+        Form::Subgroup => link(&[SHARED_ROWS, READ_SAMPLES]),
     }
 }
 
@@ -164,21 +166,22 @@ pub fn classify_samples(wgsl: &Wgsl, form: Form) -> bool {
     form != Form::Serial && !wgsl.counts_loops
 }
 
-/// The classify stage.
+/// The classify stage, of samples that are there.
 pub fn classify(samples: Samples<'_>, form: Form) -> String {
     let source = match samples {
         Samples::Volume(scalar) => volume(scalar),
-        Samples::Field(wgsl) if classify_samples(wgsl, form) => {
-            link(&[&field_part(wgsl, &wgsl.value), EVALUATE])
-        }
         Samples::Field(_) => BRICKS.into(),
     };
-    let rows = match samples {
-        Samples::Field(wgsl) if classify_samples(wgsl, form) => SHARED_ROWS.into(),
-        _ => rows(form),
-    };
-    let rows = rows.as_str();
-    link(&[&group(form, 64), PARAMS, WORK, INSIDE, GRID, RECORD, &source, ROW, rows, CLASSIFY])
+    classify_of(&source, &rows(form), form)
+}
+
+/// The classify stage that takes a field's samples itself.
+pub fn classify_sampling(wgsl: &Wgsl, form: Form) -> String {
+    classify_of(&link(&[&field_part(wgsl, &wgsl.value), EVALUATE]), SHARED_ROWS, form)
+}
+
+fn classify_of(source: &str, rows: &str, form: Form) -> String {
+    link(&[&group(form, 64), PARAMS, WORK, INSIDE, GRID, RECORD, source, ROW, rows, CLASSIFY])
 }
 
 /// The scan stage.

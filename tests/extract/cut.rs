@@ -1,6 +1,6 @@
 //! Grids cut into slabs and batches give the bytes of the uncut grid.
 //!
-//! Goes red when `brick_origin` forgets `slab_first`, when `compact` counts the halo's bricks in `own_active`,
+//! Goes red when `brick_origin` forgets `slab_first`, when `arrange` counts the halo's bricks in `own_active`,
 //! and when `vertex_on` numbers vertices without the slab's first.
 
 use super::{bytes, read};

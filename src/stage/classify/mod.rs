@@ -10,6 +10,7 @@
 pub mod cpu;
 
 use super::shaders::{self, Samples};
+use crate::field::Wgsl;
 use crate::gpu::kernel::{Bindings, Kernel};
 use crate::gpu::{Gpu, GpuError};
 
@@ -34,6 +35,14 @@ impl Classify {
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
         Ok(Self(Kernel::new(gpu, &shaders::classify(samples, gpu.form()), "classify", &[])?))
+    }
+
+    /// Compiles the kernel that takes the samples of a field itself, and leaves them where the sample stage would.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn sampling(gpu: &Gpu, wgsl: &Wgsl) -> Result<Self, GpuError> {
+        Ok(Self(Kernel::new(gpu, &shaders::classify_sampling(wgsl, gpu.form()), "classify", &[])?))
     }
 
     /// Classifies one workgroup a brick, as many as lie at `offset` of `dispatches`.

@@ -44,8 +44,8 @@ impl Scan {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, scanned: Scanned) -> Result<Self, GpuError> {
-        let source = shaders::scan(scanned, gpu.form());
-        let (group, run) = group_and_run(gpu.form());
+        let source = shaders::scan(scanned, gpu.scan_form());
+        let (group, run) = group_and_run(gpu.scan_form());
         let over_bricks = [("over_bricks", f64::from(u8::from(scanned == Scanned::AllCounts)))];
         let constants: &[_] = if scanned == Scanned::Map { &[] } else { &over_bricks };
         let kernel = |entry| Kernel::new(gpu, &source, entry, constants);

@@ -4,7 +4,7 @@ mod components;
 
 use super::cpu::starts;
 use super::{Seeds, Starts, TrackError, TrackReport, search};
-use crate::extract::{ExtractError, Extraction, Extractor, Job, Most, Options, Source, Workspace};
+use crate::extract::{ExtractError, Extraction, Extractor, Job, Options, Source, Workspace};
 use crate::field::user::MAX_ITERATIONS;
 use crate::gpu::kernel::{Kernel, Latest};
 use crate::gpu::{Gpu, GpuError};
@@ -64,7 +64,7 @@ impl Extractor {
         progress(0.1);
         let budget = options.memory_budget;
         let mut room = budget;
-        let mut most = Most::guess(source.grid());
+        let mut most = self.most(source, options);
         let mut old = None;
         let too_large = || {
             let bricks = source.grid().brick_count();
