@@ -25,7 +25,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Bricks that one task takes.
-const TASK: usize = 32;
+pub(crate) const TASK: usize = 32;
 
 /// Extracts the mesh by the CPU twins. `progress` hears how much of the work is done, from 0 to 1.
 ///
@@ -46,7 +46,7 @@ pub fn extract_on_cpu(
     let bricks = params.slab_bricks as usize;
     let volume_bytes = if let Source::Volume(volume) = source { volume.bytes() as usize } else { 0 };
     job.held_bytes = volume_bytes + bricks * (8 + 8 + 4);
-    job.budget("the table of the grid's bricks", 0)?;
+    job.budget(BRICKS, 0)?;
 
     let mut non_finite = 0;
     let culled = match source {
@@ -100,6 +100,10 @@ pub fn extract_on_cpu(
 
 /// What [`Kept`] is called where it does not fit.
 pub(crate) const RECORDS: &str = "the records of the bricks with surface";
+/// What they are called together.
+pub(crate) const MESH: &str = "the mesh with its records";
+/// What the lists of bricks are called.
+pub(crate) const BRICKS: &str = "the table of the grid's bricks";
 
 /// What every part of a run on the CPU reads.
 pub(crate) struct Job<'a> {
@@ -165,68 +169,26 @@ impl<'a> Job<'a> {
     /// one time. The counts become offsets, the totals behind the last. Of each crossed edge of a brick's cells the owner must be
     /// among the bricks.
     pub(crate) fn emit(&self, kept: &mut Kept, clock: &mut Clock) -> Result<(Mesh, u64), ExtractError> {
-        let Kept { bricks: active, records, counts, .. } = kept;
-        let params = &self.params;
-        counts.push([0; 2]);
-        let totals = counts.iter().fold([0u64; 2], |t, c| [t[0] + u64::from(c[0]), t[1] + u64::from(c[1])]);
-        let [vertices, triangles] = totals;
-        if vertices > u64::from(u32::MAX) || 3 * triangles > u64::from(u32::MAX) {
-            return Err(ExtractError::TooLarge { vertices, triangles });
-        }
-        let mesh_bytes = vertices as usize * size_of::<Vertex>() + triangles as usize * 12;
-        let peak_bytes = active.len() * KEPT_BYTES + mesh_bytes;
-        self.budget("the mesh with its records", peak_bytes)?;
-        scan(counts);
+        let [vertices, triangles] = kept.totals()?;
+        let mesh_bytes = vertices * size_of::<Vertex>() + triangles * 12;
+        let peak_bytes = kept.bricks.len() * KEPT_BYTES + mesh_bytes;
+        self.budget(MESH, peak_bytes)?;
+        kept.scan();
         clock.lap(at::SCAN);
 
-        let mut mesh = Mesh {
-            vertices: bytemuck::zeroed_vec(vertices as usize),
-            triangles: bytemuck::zeroed_vec(triangles as usize),
-        };
+        let mut mesh =
+            Mesh { vertices: bytemuck::zeroed_vec(vertices), triangles: bytemuck::zeroed_vec(triangles) };
         let is_marked = AtomicBool::new(false);
-        tasks(counts, &mut mesh)
+        let kept = &*kept;
+        tasks(&kept.counts, &mut mesh)
             .into_par_iter()
             .map(|task| {
-                let mut sampler = Sampler::default();
-                let mut numbers = EdgeNumbers::new();
-                let mut nearby = Nearby::new(params, active, task.slots.start);
+                let mut scratch = Scratch::new(&self.params, kept, task.slots.start);
                 let (mut vertices, mut triangles) = (task.vertices, task.triangles);
                 let end = task.slots.end;
                 for slot in task.slots {
-                    let size = [0, 1].map(|i| (counts[slot + 1][i] - counts[slot][i]) as usize);
-                    let (own_vertices, own_triangles);
-                    (own_vertices, vertices) = vertices.split_at_mut(size[0]);
-                    (own_triangles, triangles) = triangles.split_at_mut(size[1]);
-                    let samples = self.samples(&active[slot..end], &mut sampler)?;
-                    let beside = Beside::new(&mut nearby, active, records, counts, slot);
-                    let (table, inside) = (&MARCHING_CUBES, self.inside);
-                    emit_indices(params, table, inside, &samples, &beside, &mut numbers, own_triangles);
-                    let origin = params.brick_origin(active[slot]);
-                    let record = &records[slot];
-                    let marked = match self.source {
-                        Source::Field(whole, _) => {
-                            let here = self.fields.field_in(params, active[slot], whole);
-                            let field = Gradients { normals: self.normals, here, whole };
-                            emit_field_vertices(
-                                params,
-                                inside,
-                                &field,
-                                origin,
-                                &samples,
-                                record,
-                                own_vertices,
-                            )?
-                        }
-                        Source::Volume(volume) => emit_volume_vertices(
-                            params,
-                            inside,
-                            volume.values(),
-                            origin,
-                            record,
-                            own_vertices,
-                        ),
-                    };
-                    if marked {
+                    let own = kept.take_own(slot, &mut vertices, &mut triangles);
+                    if self.emit_brick(kept, slot, &kept.bricks[slot..end], &mut scratch, own)? {
                         is_marked.store(true, Ordering::Relaxed);
                     }
                 }
@@ -236,10 +198,40 @@ impl<'a> Job<'a> {
         clock.lap(at::EMIT);
         if is_marked.into_inner() {
             add_neighbours(&mut mesh.vertices, &mesh.triangles);
-            average(params, &mut mesh.vertices);
+            average(&self.params, &mut mesh.vertices);
             clock.lap(at::NORMALS);
         }
         Ok((mesh, (self.held_bytes + peak_bytes) as u64))
+    }
+
+    /// The vertices and triangles of the brick in a slot; `next` are the bricks that will be asked for, from this one on. Tells
+    /// whether a vertex was marked for the normals stage.
+    #[inline(always)]
+    pub(crate) fn emit_brick(
+        &self,
+        kept: &Kept,
+        slot: usize,
+        next: &[u32],
+        scratch: &mut Scratch,
+        (vertices, triangles): (&mut [Vertex], &mut [[u32; 3]]),
+    ) -> Result<bool, NoForm> {
+        let Kept { bricks, records, counts, .. } = kept;
+        let Scratch { sampler, numbers, nearby } = scratch;
+        let (params, inside, brick) = (&self.params, self.inside, bricks[slot]);
+        let samples = self.samples(next, sampler)?;
+        let beside = Beside::new(nearby, bricks, records, counts, slot);
+        emit_indices(params, &MARCHING_CUBES, inside, &samples, &beside, numbers, triangles);
+        let (origin, record) = (params.brick_origin(brick), &records[slot]);
+        match self.source {
+            Source::Field(whole, _) => {
+                let here = self.fields.field_in(params, brick, whole);
+                let field = Gradients { normals: self.normals, here, whole };
+                emit_field_vertices(params, inside, &field, origin, &samples, record, vertices)
+            }
+            Source::Volume(volume) => {
+                Ok(emit_volume_vertices(params, inside, volume.values(), origin, record, vertices))
+            }
+        }
     }
 
     /// The samples of the first of `bricks`: where they lie in a volume, or evaluated.
@@ -270,11 +262,26 @@ impl<'a> Job<'a> {
     }
 }
 
+/// What a task needs to emit bricks one after another.
+pub(crate) struct Scratch {
+    sampler: Sampler,
+    numbers: EdgeNumbers,
+    nearby: Nearby,
+}
+
+impl Scratch {
+    /// For the bricks from slot `first` on.
+    pub(crate) fn new(params: &Params, kept: &Kept, first: usize) -> Self {
+        let nearby = Nearby::new(params, &kept.bricks, first);
+        Self { sampler: Sampler::default(), numbers: EdgeNumbers::new(), nearby }
+    }
+}
+
 /// Bytes of a brick in [`Kept`].
 pub(crate) const KEPT_BYTES: usize = size_of::<BrickRecord>() + 8 + 4;
 
 /// The bricks that hold surface, with what classify says of them.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Kept {
     pub(crate) bricks: Vec<u32>,
     pub(crate) records: Vec<BrickRecord>,
@@ -296,6 +303,44 @@ impl Kept {
         self.records.append(&mut other.records);
         self.counts.append(&mut other.counts);
         self.non_finite += other.non_finite;
+    }
+
+    /// Vertices and triangles of all bricks.
+    pub(crate) fn totals(&self) -> Result<[usize; 2], ExtractError> {
+        let add = |t: [u64; 2], c: &[u32; 2]| [t[0] + u64::from(c[0]), t[1] + u64::from(c[1])];
+        let [vertices, triangles] = self.counts.iter().fold([0; 2], add);
+        if vertices > u64::from(u32::MAX) || 3 * triangles > u64::from(u32::MAX) {
+            return Err(ExtractError::TooLarge { vertices, triangles });
+        }
+        Ok([vertices as usize, triangles as usize])
+    }
+
+    /// From counts to offsets.
+    pub(crate) fn scan(&mut self) {
+        self.counts.push([0; 2]);
+        scan(&mut self.counts);
+    }
+
+    /// Vertices and triangles of a slot, once there are offsets.
+    #[inline(always)]
+    pub(crate) fn own(&self, slot: usize) -> [std::ops::Range<usize>; 2] {
+        [0, 1].map(|i| self.counts[slot][i] as usize..self.counts[slot + 1][i] as usize)
+    }
+
+    /// The room for a slot's vertices and triangles, off the front of what is left.
+    #[inline(always)]
+    pub(crate) fn take_own<'a>(
+        &self,
+        slot: usize,
+        vertices: &mut &'a mut [Vertex],
+        triangles: &mut &'a mut [[u32; 3]],
+    ) -> (&'a mut [Vertex], &'a mut [[u32; 3]]) {
+        let [own_vertices, own_triangles] = self.own(slot).map(|own| own.len());
+        let (first_vertices, rest) = std::mem::take(vertices).split_at_mut(own_vertices);
+        *vertices = rest;
+        let (first_triangles, rest) = std::mem::take(triangles).split_at_mut(own_triangles);
+        *triangles = rest;
+        (first_vertices, first_triangles)
     }
 }
 
@@ -334,13 +379,13 @@ impl<'a> Progress<'a> {
 }
 
 /// A run of slots and the part of the mesh that is theirs.
-struct Task<'a> {
-    slots: std::ops::Range<usize>,
-    vertices: &'a mut [Vertex],
-    triangles: &'a mut [[u32; 3]],
+pub(crate) struct Task<'a> {
+    pub(crate) slots: std::ops::Range<usize>,
+    pub(crate) vertices: &'a mut [Vertex],
+    pub(crate) triangles: &'a mut [[u32; 3]],
 }
 
-fn tasks<'a>(offsets: &[[u32; 2]], mesh: &'a mut Mesh) -> Vec<Task<'a>> {
+pub(crate) fn tasks<'a>(offsets: &[[u32; 2]], mesh: &'a mut Mesh) -> Vec<Task<'a>> {
     let (mut vertices, mut triangles) = (&mut mesh.vertices[..], &mut mesh.triangles[..]);
     let slots = offsets.len() - 1;
     let mut tasks = Vec::with_capacity(slots.div_ceil(TASK));

@@ -4,6 +4,7 @@
 mod cpu;
 mod encode;
 mod gpu;
+mod incremental;
 mod normals;
 mod plan;
 mod run;
@@ -14,6 +15,7 @@ pub use crate::field::differences::Normals;
 pub use cpu::extract_on_cpu;
 pub(crate) use cpu::{Clock, Job, KEPT_BYTES, Kept, RECORDS};
 pub use gpu::Extractor;
+pub use incremental::{Incremental, Update};
 pub(crate) use plan::Most;
 pub use plan::Plan;
 pub use run::Extraction;
