@@ -35,7 +35,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut field = scene.field();
     let mut incremental = Incremental::new(grid);
     incremental.update(&field, &options)?;
-    println!("{parameter:>10} | full ms | incremental ms | ratio | dirty bricks | kept | triangles | same bytes");
+    println!(
+        "{parameter:>10} | full ms | incremental ms | ratio | dirty bricks | kept | triangles | same bytes"
+    );
     let mut sums = [0.0; 2];
     for step in 0..=steps {
         let value = from + (to - from) * f64::from(step) / f64::from(steps.max(1));

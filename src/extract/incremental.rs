@@ -153,7 +153,8 @@ impl<'a> Run<'a> {
     fn update(mut self, last: Option<Last>) -> Result<(Last, Update), ExtractError> {
         let params = self.job.params;
         let bricks = params.slab_bricks as usize;
-        self.job.held_bytes = bricks * (8 + 8 + 4) + bricks.div_ceil(8) + last.as_ref().map_or(0, Last::bytes);
+        self.job.held_bytes =
+            bricks * (8 + 8 + 4) + bricks.div_ceil(8) + last.as_ref().map_or(0, Last::bytes);
         self.job.budget(BRICKS, 0)?;
         let (dirty, same) = self.changed(last.as_ref());
         self.clock.lap(at::CULL);

@@ -108,7 +108,7 @@ impl GraphField {
     }
 
     /// Whether `other` gives the same values and gradients at all points of a box, bit for bit; `false` where that is not
-    /// known. More is known once both are what [`Field::within`] leaves of them there.
+    /// known.
     pub fn is_same(&self, other: &Self, region: [Interval; 3]) -> bool {
         is_same((&self.tape, &self.uniforms), (&other.tape, &other.uniforms), region)
     }
@@ -129,8 +129,9 @@ impl Field for GraphField {
     }
 
     fn gradients(&self, points: Points<'_>, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
-        DUALS
-            .with_borrow_mut(|registers| eval::gradients(self.code(), &self.uniforms, points, registers, out));
+        DUALS.with_borrow_mut(|registers| {
+            eval::gradients(self.code(), &self.uniforms, points, registers, out)
+        });
         Ok(())
     }
 

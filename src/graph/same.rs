@@ -1,15 +1,15 @@
-//! Whether two tapes give the same values and gradients, bit for bit: what incremental extraction asks of a field
-//! before and after an edit, in a box to which both have been pruned.
+//! Whether two tapes give the same values and gradients throughout a box, bit for bit: what incremental extraction asks
+//! of a field before and after an edit.
 
 use super::interval::Interval;
 use super::ops::{VisitBinary, VisitUnary};
-use super::tape::{Instruction, Op, Operand, Tape};
+use super::tape::{Instruction, Op, Operand, Tape, decided};
 use std::sync::Arc;
 
 /// A tape with the values of its uniforms.
 pub type Valued<'a> = (&'a Tape, &'a [f32]);
 
-/// An operand without numbers that differ from tape to tape.
+/// What an operand is in a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Atom {
     Axis(u8),
@@ -17,81 +17,93 @@ enum Atom {
     Uniform(u32),
     /// Those of an operation on such alone. Kept apart from uniforms: their derivatives may be zeros of another sign.
     Folded(u32),
-    /// An operation that varies, by its number among them.
+    /// The value of an operation that varies from point to point.
     Varying(u32),
-    /// Beyond the arity.
-    None,
 }
 
-/// Whether both are made of the same operations on the same numbers, where operations on numbers alone count as what
-/// they give: so the seam of a blend is nothing wherever it is pruned to 0, whatever its radius. Not all tapes that
-/// are the same are found so. `region` is the box of points that it is asked for: leaves may be the same there alone.
+/// Whether both are made of the same operations on the same numbers, once of each minimum, maximum and choice that is
+/// decided in the box only what it takes is looked at. Operations on numbers alone count as what they give: so the
+/// seam of a blend is nothing wherever it is decided to be 0, whatever its radius. Not all that is the same is found so.
 pub fn is_same(a: Valued<'_>, b: Valued<'_>, region: [Interval; 3]) -> bool {
-    let [plain_a, plain_b] = [a, b].map(Plain::new);
-    if plain_a.root != plain_b.root || plain_a.varying.len() != plain_b.varying.len() {
+    let [resolved_a, resolved_b] = [a, b].map(|valued| Resolved::new(valued, region));
+    // Of each operation of `a` that counts, the one of `b` that it must be.
+    let mut partners = vec![u32::MAX; a.0.instructions.len()];
+    let meet = |partners: &mut [u32], of_a: Operand, of_b: Operand| match (
+        resolved_a.atom(a, of_a),
+        resolved_b.atom(b, of_b),
+    ) {
+        (Atom::Varying(i), Atom::Varying(j)) => {
+            let partner = &mut partners[i as usize];
+            let is_first = *partner == u32::MAX;
+            if is_first {
+                *partner = j;
+            }
+            is_first || *partner == j
+        }
+        (of_a, of_b) => of_a == of_b,
+    };
+    if !meet(&mut partners, a.0.root, b.0.root) {
         return false;
     }
-    // What the leaves' operands can be, once they are asked for.
-    let mut ranges: Option<Vec<Interval>> = None;
-    plain_a.varying.iter().zip(&plain_b.varying).all(|(of_a, of_b)| {
-        if of_a.operands != of_b.operands {
+    // Operands come before what they are operands of.
+    for (i, of_a) in a.0.instructions.iter().enumerate().rev() {
+        let Some(of_b) = b.0.instructions.get(partners[i] as usize) else { continue };
+        let is_same_op = match (of_a.op, of_b.op) {
+            (Op::Leaf(i), Op::Leaf(j)) => {
+                let (leaf, other) = (&a.0.leaves[i as usize], &b.0.leaves[j as usize]);
+                let at = || of_a.operands.map(|operand| resolved_a.range(a, region, operand));
+                Arc::ptr_eq(leaf, other) || leaf.is_same(&**other, at())
+            }
+            (op, other) => op == other,
+        };
+        let mut operands = of_a.operands().iter().zip(of_b.operands());
+        if !is_same_op || !operands.all(|(&of_a, &of_b)| meet(&mut partners, of_a, of_b)) {
             return false;
         }
-        let (Op::Leaf(i), Op::Leaf(j)) = (of_a.op, of_b.op) else { return of_a.op == of_b.op };
-        let (leaf, other) = (&a.0.leaves[i as usize], &b.0.leaves[j as usize]);
-        Arc::ptr_eq(leaf, other) || {
-            let all = ranges.get_or_insert_with(|| {
-                let mut all = Vec::with_capacity(a.0.instructions.len());
-                a.0.interval(a.1, region, &mut all);
-                all
-            });
-            let at = a.0.instructions[of_a.place].operands.map(|operand| match operand {
-                Operand::Axis(axis) => region[usize::from(axis)],
-                Operand::Uniform(i) => Interval::point(a.1[i as usize]),
-                Operand::Value(i) => all[i as usize],
-            });
-            leaf.is_same(&**other, at)
+    }
+    true
+}
+
+/// What the operations of a tape are in a box.
+struct Resolved {
+    atoms: Vec<Atom>,
+    ranges: Vec<Interval>,
+}
+
+impl Resolved {
+    fn new(valued: Valued<'_>, region: [Interval; 3]) -> Self {
+        let count = valued.0.instructions.len();
+        let mut resolved = Self { atoms: Vec::with_capacity(count), ranges: Vec::with_capacity(count) };
+        valued.0.interval(valued.1, region, &mut resolved.ranges);
+        for (i, instruction) in valued.0.instructions.iter().enumerate() {
+            let atom = match decided(instruction, |operand| resolved.range(valued, region, operand)) {
+                Some(operand) => resolved.atom(valued, operand),
+                None => {
+                    let folded = folded(instruction, |operand| resolved.atom(valued, operand));
+                    folded.map_or(Atom::Varying(i as u32), |value| Atom::Folded(value.to_bits()))
+                }
+            };
+            resolved.atoms.push(atom);
         }
-    })
-}
+        resolved
+    }
 
-/// An operation that varies from point to point.
-struct Varying {
-    op: Op,
-    operands: [Atom; 3],
-    /// On the tape.
-    place: usize,
-}
-
-/// A tape without its numbering.
-struct Plain {
-    varying: Vec<Varying>,
-    root: Atom,
-}
-
-impl Plain {
-    fn new((tape, uniforms): Valued<'_>) -> Self {
-        let mut atoms: Vec<Atom> = Vec::with_capacity(tape.instructions.len());
-        let mut varying = Vec::with_capacity(tape.instructions.len());
-        let atom = |atoms: &[Atom], operand| match operand {
+    #[inline(always)]
+    fn atom(&self, (_, uniforms): Valued<'_>, operand: Operand) -> Atom {
+        match operand {
             Operand::Axis(axis) => Atom::Axis(axis),
             Operand::Uniform(i) => Atom::Uniform(uniforms[i as usize].to_bits()),
-            Operand::Value(i) => atoms[i as usize],
-        };
-        for (place, instruction) in tape.instructions.iter().enumerate() {
-            let mut operands = [Atom::None; 3];
-            for (to, &operand) in operands.iter_mut().zip(instruction.operands()) {
-                *to = atom(&atoms, operand);
-            }
-            atoms.push(match folded(instruction, operands) {
-                Some(value) => Atom::Folded(value.to_bits()),
-                None => {
-                    varying.push(Varying { op: instruction.op, operands, place });
-                    Atom::Varying(varying.len() as u32 - 1)
-                }
-            });
+            Operand::Value(i) => self.atoms[i as usize],
         }
-        Self { root: atom(&atoms, tape.root), varying }
+    }
+
+    #[inline(always)]
+    fn range(&self, (_, uniforms): Valued<'_>, region: [Interval; 3], operand: Operand) -> Interval {
+        match operand {
+            Operand::Axis(axis) => region[usize::from(axis)],
+            Operand::Uniform(i) => Interval::point(uniforms[i as usize]),
+            Operand::Value(i) => self.ranges[i as usize],
+        }
     }
 }
 
@@ -113,20 +125,22 @@ impl VisitBinary for &mut Number<2> {
     }
 }
 
-/// The value of an operation on numbers alone. Choices are left: pruning has decided those.
-fn folded(instruction: &Instruction, operands: [Atom; 3]) -> Option<f32> {
-    let number = |atom| match atom {
+/// The value of an operation on numbers alone. Choices on numbers are decided, or NaN.
+#[inline(always)]
+fn folded(instruction: &Instruction, atom: impl Fn(Operand) -> Atom) -> Option<f32> {
+    let number = |operand| match atom(operand) {
         Atom::Uniform(bits) | Atom::Folded(bits) => Some(f32::from_bits(bits)),
         _ => None,
     };
+    let [a, b, _] = instruction.operands;
     match instruction.op {
         Op::Unary(op) => {
-            let mut number = Number([number(operands[0])?], 0.0);
+            let mut number = Number([number(a)?], 0.0);
             op.visit(&mut number);
             Some(number.1)
         }
         Op::Binary(op) => {
-            let mut number = Number([number(operands[0])?, number(operands[1])?], 0.0);
+            let mut number = Number([number(a)?, number(b)?], 0.0);
             op.visit(&mut number);
             Some(number.1)
         }

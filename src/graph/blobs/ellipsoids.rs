@@ -292,9 +292,8 @@ impl Leaf for Ellipsoids {
     fn is_same(&self, other: &dyn Leaf, at: [Interval; 3]) -> bool {
         let Some(other) = (other as &dyn Any).downcast_ref::<Self>() else { return false };
         let Some(around @ [low, high]) = bounds::corners(at) else { return false };
-        let is_coarse = |of: &Self| {
-            of.grids.iter().any(|grid| grid.cells(low, high).is_some_and(bounds::is_coarse))
-        };
+        let is_coarse =
+            |of: &Self| of.grids.iter().any(|grid| grid.cells(low, high).is_some_and(bounds::is_coarse));
         if self.kernel != other.kernel || is_coarse(self) || is_coarse(other) {
             return false;
         }

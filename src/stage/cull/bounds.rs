@@ -147,47 +147,43 @@ struct Here<'a> {
 }
 
 impl Descent<'_> {
-    /// The box of points that bricks read.
-    fn region(&self, first: UVec3, end: UVec3) -> [Interval; 3] {
-        let region = region(self.params, first, end);
-        if self.reach == 0.0 {
-            return region;
-        }
-        region.map(|side| iv::add(side, Interval::new(-self.reach, self.reach)))
-    }
-
     fn descend(&self, here: Here<'_>, first: UVec3, side: u32, found: &mut Culled) {
         let extent = UVec3::from(self.params.slab_extent);
         if first.cmpge(extent).any() {
             return;
         }
         let end = (first + side).min(extent);
-        let region = self.region(first, end);
-        if side == 1 && here.before.is_none() {
-            // Bricks have the fields of their blocks: nothing is pruned for one.
-            if can_cross(self.params, here.field.range(region)) {
-                found.active.push(first.x + extent.x * (first.y + extent.y * first.z));
+        let mut region = region(self.params, first, end);
+        if self.reach > 0.0 {
+            if !can_cross(self.params, here.field.range(region)) {
+                return;
             }
-            return;
+            region = region.map(|side| iv::add(side, Interval::new(-self.reach, self.reach)));
         }
-        let Within { range, field: simpler } = here.field.within(region);
+        // Bricks have the fields of their blocks: nothing is pruned for one.
+        let is_brick = side == 1;
+        let Within { range, field: simpler } = if is_brick {
+            Within { range: here.field.range(region), field: None }
+        } else {
+            here.field.within(region)
+        };
         if !can_cross(self.params, range) {
             return;
         }
-        let pruned = simpler.as_ref().or(here.pruned);
-        let field = pruned.map_or(here.field, |field| &**field);
-        let simpler_before = here.before.and_then(|before| before.within(region).field);
-        let before = simpler_before.as_ref().and_then(|field| field.as_graph()).or(here.before);
-        if let (Some(before), Some(field)) = (before, field.as_graph())
+        if let (Some(before), Some(field)) = (here.before, here.field.as_graph())
             && field.is_same(before, region)
         {
             found.same.push([first, end]);
             return;
         }
-        if side == 1 {
+        if is_brick {
             found.active.push(first.x + extent.x * (first.y + extent.y * first.z));
             return;
         }
+        let pruned = simpler.as_ref().or(here.pruned);
+        let field = pruned.map_or(here.field, |field| &**field);
+        let simpler = here.before.and_then(|before| before.within(region).field);
+        let before = simpler.as_ref().and_then(|field| field.as_graph()).or(here.before);
         if side == BLOCK
             && let Some(pruned) = pruned
         {
