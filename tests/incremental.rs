@@ -63,8 +63,8 @@ fn balls() -> GraphField {
 }
 
 /// Goes red when a brick's box lacks its last points, when a change of a uniform's value is not seen, when the triangles of
-/// bricks that are kept keep their vertices' old numbers, or when those of a brick that is emitted again are counted on from its
-/// first (not looked up by their edges).
+/// bricks that are kept keep their vertices' old numbers, when those of a brick that is emitted again are counted on from its
+/// first (not looked up by their edges), or when bricks with singular vertices are kept.
 #[test]
 fn a_hundred_edits() {
     let (part, of_part) = example("part.toml", 0.75);
@@ -126,8 +126,7 @@ fn no_edit() {
     assert_eq!(update(&mut scene, grid, &anew, &roomy, "roomy").dirty_bricks, 0);
 }
 
-/// An edit in one place: few bricks are sampled. Goes red when what is pruned to other numbers that give the same (the seam
-/// of a blend, far from it) counts as changed.
+/// An edit in one place: few bricks are sampled. Goes red when what is decided in a box is not looked at.
 #[test]
 fn few_bricks_are_dirty() {
     let mut field = balls();
@@ -143,6 +142,38 @@ fn few_bricks_are_dirty() {
         shares.push(update.dirty_bricks as f64 / full as f64);
     }
     assert!(shares.iter().all(|share| *share < 0.45), "{shares:?}");
+}
+
+/// Of a seam only what is near it changes with its radius. Goes red when operations on numbers alone are compared by the
+/// numbers, not by what they give.
+#[test]
+fn seams() {
+    let ball = |x| sphere(0.6).translate([x, 0.0, 0.0]);
+    let seam = ball(-0.5).smooth_union(ball(0.5), Expr::parameter("seam", 0.1));
+    let mut field = GraphField::new(&seam, Sense::Below);
+    let grid = grid([96, 60, 60], 1.2);
+    let mut scene = Incremental::new(grid);
+    update(&mut scene, grid, &field, &Options::new(0.0), "first");
+    for radius in [0.11, 0.05, 0.0, 0.1] {
+        field.set("seam", radius).unwrap();
+        let update = update(&mut scene, grid, &field, &Options::new(0.0), &format!("seam = {radius}"));
+        assert!(update.dirty_bricks > 0 && update.dirty_bricks < update.kept_bricks, "{update:?}");
+    }
+}
+
+/// Solids that come and go in a field that is made anew each time: bricks far from them are kept. Goes red when only
+/// parameters of one and the same expression are compared, or sums in the order in which they stand on the tape.
+#[test]
+fn solids_come_and_go() {
+    let grid = grid([70, 71, 72], 1.2);
+    let mut scene = Incremental::new(grid);
+    let ball = |i: u32| sphere(0.2).translate([0.5 * f64::from(i) - 1.0, 0.3, 0.1]);
+    for present in [0b10011u32, 0b10111, 0b10110, 0b11110, 0b01010] {
+        let balls = union((0..5).filter(|i| present >> i & 1 == 1).map(ball));
+        let field = GraphField::new(&torus_distance(0.8, 0.1).min(balls), Sense::Below);
+        let update = update(&mut scene, grid, &field, &Options::new(0.0), &format!("{present:b}"));
+        assert!(present == 0b10011 || update.kept_bricks > update.dirty_bricks, "{present:b}: {update:?}");
+    }
 }
 
 /// Components that move, come and go: bricks that none of them reaches, before or after, are kept. Goes red when lists of
@@ -212,10 +243,11 @@ fn blobs_within_a_tree() {
             GraphField::new(&(0.4 - stretched).min(sphere(0.3)).min(0.3 - drops + rough), Sense::Below);
         let update = update(&mut scene, grid, &field, &Options::new(0.0), &format!("edit {edit}"));
         match edit {
-            0 | 9 => assert_eq!(update.kept_bricks > 0, edit == 9, "{update:?}"),
+            // Another kernel changes all of the sum.
+            0 | 9 => assert_eq!(update.kept_bricks, 0, "{update:?}"),
             _ => assert!(update.kept_bricks > update.dirty_bricks, "{edit}: {update:?}"),
         }
-        assert!(edit % 3 != 0 || edit == 0 || edit == 9 || update.dirty_bricks > 0, "{update:?}");
+        assert!(update.dirty_bricks > 0, "{edit}: {update:?}");
     }
 }
 
@@ -246,13 +278,13 @@ fn other_options() {
     let zero = Options::new(0.0);
     let central = Normals::Central { delta: Some(0.2) };
     for options in [
-        zero,
         Options::new(0.05),
         Options { sense: Some(Sense::Above), ..zero },
         Options { normals: central, ..zero },
         Options { normals: Normals::Forward { delta: None }, ..zero },
         Options { cull: false, ..zero },
     ] {
+        scene.update(&field, &zero).unwrap();
         let update = scene.update(&field, &options).unwrap();
         assert_eq!(update.kept_bricks, 0, "{options:?}");
         let (mesh, _) = extract_on_cpu(&Source::Field(&field, grid), &options, &|_| {}).unwrap();
@@ -263,10 +295,10 @@ fn other_options() {
 /// Differences reach out of the brick, here by nearly one. Goes red when the boxes do not.
 #[test]
 fn normals_by_differences() {
-    let mut field = balls();
     let grid = grid([80; 3], 1.1);
     for normals in [Normals::Central { delta: Some(0.2) }, Normals::Forward { delta: Some(0.2) }] {
         let options = Options { normals, ..Options::new(0.0) };
+        let mut field = balls();
         let mut scene = Incremental::new(grid);
         update(&mut scene, grid, &field, &options, "first");
         for (parameter, value) in [("r0", 0.21), ("r11", 0.3), ("r0", 0.2), ("r5", 0.22)] {
@@ -318,30 +350,21 @@ fn nothing_and_nan() {
     }
 }
 
-/// The tip of a cone and the ridge of a field of no slope get their neighbours' normals, which an edit may change though it
-/// does not touch their bricks. Goes red when singular bricks are kept.
+/// The tips of a double cone have normals of their neighbours, which may lie in other bricks: their bricks are emitted
+/// again each time ([`a_hundred_edits`] goes red when they are kept).
 #[test]
 fn singular_vertices() {
-    let ridge = (z().square() - Expr::parameter("h", 0.0)).max((x() - Expr::parameter("at", 0.4)) * 0.5);
     let cone = (x().square() + y().square()).sqrt() - z().abs() * Expr::parameter("wide", 0.5);
-    for (name, expr) in [("cone", cone.clone()), ("ridge", ridge.min(cone))] {
-        let mut field = GraphField::new(&expr, Sense::Below);
-        for cells in [[32; 3], [31, 40, 33]] {
-            let grid = grid(cells, 1.0);
-            let mut scene = Incremental::new(grid);
-            for (parameter, value) in
-                [("h", 0.0), ("at", 0.42), ("wide", 0.6), ("at", 0.1), ("at", 0.11), ("h", 0.01), ("at", 0.2)]
-            {
-                let _ = field.set(parameter, value);
-                update(
-                    &mut scene,
-                    grid,
-                    &field,
-                    &Options::new(0.0),
-                    &format!("{name}, {parameter} = {value}"),
-                );
-            }
+    let ball = sphere(Expr::parameter("r", 0.1)).translate([0.3, 0.3, -0.3]);
+    let mut field = GraphField::new(&cone.min(ball), Sense::Below);
+    for cells in [[32; 3], [31, 40, 33]] {
+        let grid = grid(cells, 1.0);
+        let mut scene = Incremental::new(grid);
+        for (parameter, value) in [("r", 0.1), ("r", 0.12), ("wide", 0.6), ("r", 0.3), ("r", 0.31)] {
+            field.set(parameter, value).unwrap();
+            update(&mut scene, grid, &field, &Options::new(0.0), &format!("{parameter} = {value}"));
         }
+        assert!(update(&mut scene, grid, &field, &Options::new(0.0), "no edit").dirty_bricks <= 8);
     }
 }
 

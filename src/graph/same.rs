@@ -2,7 +2,7 @@
 //! of a field before and after an edit.
 
 use super::interval::Interval;
-use super::ops::{VisitBinary, VisitUnary};
+use super::ops::{Binary, VisitBinary, VisitUnary};
 use super::tape::{Instruction, Op, Operand, Tape, decided};
 use std::sync::Arc;
 
@@ -42,7 +42,9 @@ pub fn is_same(a: Valued<'_>, b: Valued<'_>, region: [Interval; 3]) -> bool {
         }
         (of_a, of_b) => of_a == of_b,
     };
-    if !meet(&mut partners, a.0.root, b.0.root) {
+    if resolved_a.hash(a, a.0.root) != resolved_b.hash(b, b.0.root)
+        || !meet(&mut partners, a.0.root, b.0.root)
+    {
         return false;
     }
     // Operands come before what they are operands of.
@@ -56,8 +58,9 @@ pub fn is_same(a: Valued<'_>, b: Valued<'_>, region: [Interval; 3]) -> bool {
             }
             (op, other) => op == other,
         };
-        let mut operands = of_a.operands().iter().zip(of_b.operands());
-        if !is_same_op || !operands.all(|(&of_a, &of_b)| meet(&mut partners, of_a, of_b)) {
+        let [in_a, in_b] = [resolved_a.ordered(a, of_a), resolved_b.ordered(b, of_b)];
+        let mut operands = in_a.into_iter().zip(in_b).take(of_a.op.arity());
+        if !is_same_op || !operands.all(|(of_a, of_b)| meet(&mut partners, of_a, of_b)) {
             return false;
         }
     }
@@ -68,12 +71,22 @@ pub fn is_same(a: Valued<'_>, b: Valued<'_>, region: [Interval; 3]) -> bool {
 struct Resolved {
     atoms: Vec<Atom>,
     ranges: Vec<Interval>,
+    /// Of operations that are the same these are the same.
+    hashes: Vec<u64>,
+}
+
+fn mixed(hash: u64, with: u64) -> u64 {
+    (hash ^ with).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
 }
 
 impl Resolved {
     fn new(valued: Valued<'_>, region: [Interval; 3]) -> Self {
         let count = valued.0.instructions.len();
-        let mut resolved = Self { atoms: Vec::with_capacity(count), ranges: Vec::with_capacity(count) };
+        let mut resolved = Self {
+            atoms: Vec::with_capacity(count),
+            ranges: Vec::with_capacity(count),
+            hashes: Vec::with_capacity(count),
+        };
         valued.0.interval(valued.1, region, &mut resolved.ranges);
         for (i, instruction) in valued.0.instructions.iter().enumerate() {
             let atom = match decided(instruction, |operand| resolved.range(valued, region, operand)) {
@@ -84,8 +97,35 @@ impl Resolved {
                 }
             };
             resolved.atoms.push(atom);
+            let first = match instruction.op {
+                Op::Unary(op) => op as u64,
+                Op::Binary(op) => 1 << 8 | op as u64,
+                Op::Select => 2 << 8,
+                Op::Leaf(_) => 3 << 8,
+            };
+            let operands = resolved.ordered(valued, instruction).into_iter().take(instruction.op.arity());
+            let hash = operands.fold(first, |hash, operand| mixed(hash, resolved.hash(valued, operand)));
+            resolved.hashes.push(hash);
         }
         resolved
+    }
+
+    #[inline(always)]
+    fn hash(&self, valued: Valued<'_>, operand: Operand) -> u64 {
+        match self.atom(valued, operand) {
+            Atom::Axis(axis) => axis.into(),
+            Atom::Uniform(bits) => mixed(1, bits.into()),
+            Atom::Folded(bits) => mixed(2, bits.into()),
+            Atom::Varying(i) => self.hashes[i as usize],
+        }
+    }
+
+    /// The operands; of sums and products, which are the same either way round, in an order that does not depend on the tape.
+    #[inline(always)]
+    fn ordered(&self, valued: Valued<'_>, instruction: &Instruction) -> [Operand; 3] {
+        let [a, b, c] = instruction.operands;
+        let either_way = matches!(instruction.op, Op::Binary(Binary::Add | Binary::Mul));
+        if either_way && self.hash(valued, a) > self.hash(valued, b) { [b, a, c] } else { [a, b, c] }
     }
 
     #[inline(always)]
