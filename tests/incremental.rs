@@ -168,7 +168,7 @@ fn solids_come_and_go() {
     let grid = grid([70, 71, 72], 1.2);
     let mut scene = Incremental::new(grid);
     let ball = |i: u32| sphere(0.2).translate([0.5 * f64::from(i) - 1.0, 0.3, 0.1]);
-    for present in [0b10011u32, 0b10111, 0b10110, 0b11110, 0b01010] {
+    for present in [0b10011u32, 0b10111, 0b10110, 0b11110, 0b11010] {
         let balls = union((0..5).filter(|i| present >> i & 1 == 1).map(ball));
         let field = GraphField::new(&torus_distance(0.8, 0.1).min(balls), Sense::Below);
         let update = update(&mut scene, grid, &field, &Options::new(0.0), &format!("{present:b}"));
