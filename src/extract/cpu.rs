@@ -25,10 +25,14 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Bricks that one task takes.
-pub(super) const TASK: usize = 32;
+pub(crate) const TASK: usize = 32;
 
 /// What [`Kept`] is called where it does not fit.
 pub(crate) const RECORDS: &str = "the records of the bricks with surface";
+/// What they are called together.
+pub(crate) const MESH: &str = "the mesh with its records";
+/// What the lists of bricks are called.
+pub(crate) const BRICKS: &str = "the table of the grid's bricks";
 
 /// What every part of a run on the CPU reads.
 pub(crate) struct Job<'a> {
@@ -177,28 +181,21 @@ impl<'a> Job<'a> {
         mesh: &mut Mesh,
         clock: &mut Clock,
     ) -> Result<u64, ExtractError> {
-        let Kept { bricks: active, counts, .. } = &mut *kept;
-        let params = &self.params;
-        counts.push([0; 2]);
-        let totals = counts.iter().fold([0u64; 2], |t, c| [t[0] + u64::from(c[0]), t[1] + u64::from(c[1])]);
-        let [vertices, triangles] = totals;
-        if vertices > u64::from(u32::MAX) || 3 * triangles > u64::from(u32::MAX) {
-            return Err(ExtractError::TooLarge { vertices, triangles });
-        }
-        let mesh_bytes = vertices as usize * size_of::<Vertex>() + triangles as usize * 12;
-        let peak_bytes = active.len() * KEPT_BYTES + mesh_bytes;
-        self.budget("the mesh with its records", peak_bytes)?;
-        scan(counts);
+        let [vertices, triangles] = kept.totals()?;
+        let mesh_bytes = vertices * size_of::<Vertex>() + triangles * 12;
+        let peak_bytes = kept.bricks.len() * KEPT_BYTES + mesh_bytes;
+        self.budget(MESH, peak_bytes)?;
+        kept.scan();
         clock.lap(at::SCAN);
 
-        resize(&mut mesh.vertices, vertices as usize);
-        resize(&mut mesh.triangles, triangles as usize);
-        let slots = 0..active.len();
+        resize(&mut mesh.vertices, vertices);
+        resize(&mut mesh.triangles, triangles);
+        let slots = 0..kept.bricks.len();
         let is_marked = self.fill(kept, slots, &mut mesh.vertices, &mut mesh.triangles)?;
         clock.lap(at::EMIT);
         if is_marked {
             add_neighbours(&mut mesh.vertices, &mesh.triangles);
-            average(params, &mut mesh.vertices);
+            average(&self.params, &mut mesh.vertices);
             clock.lap(at::NORMALS);
         }
         Ok((self.held_bytes + peak_bytes) as u64)
@@ -213,43 +210,53 @@ impl<'a> Job<'a> {
         vertices: &mut [Vertex],
         triangles: &mut [[u32; 3]],
     ) -> Result<bool, NoForm> {
-        let Kept { bricks: active, records, counts, .. } = kept;
-        let params = &self.params;
         let is_marked = AtomicBool::new(false);
-        let fill = |(sampler, numbers): &mut (Sampler, EdgeNumbers), task: Task<'_>| {
-            let mut nearby = Nearby::new(params, active, task.slots.start);
+        let fill = |scratch: &mut Scratch, task: Task<'_>| {
+            scratch.begin(&self.params, kept, task.slots.start);
             let (mut vertices, mut triangles) = (task.vertices, task.triangles);
             let end = task.slots.end;
             for slot in task.slots {
-                let size = [0, 1].map(|i| (counts[slot + 1][i] - counts[slot][i]) as usize);
-                let (own_vertices, own_triangles);
-                (own_vertices, vertices) = vertices.split_at_mut(size[0]);
-                (own_triangles, triangles) = triangles.split_at_mut(size[1]);
-                let samples = self.samples(&active[slot..end], sampler)?;
-                let beside = Beside::new(&mut nearby, active, records, counts, slot);
-                let (table, inside) = (&MARCHING_CUBES, self.inside);
-                emit_indices(params, table, inside, &samples, &beside, numbers, own_triangles);
-                let origin = params.brick_origin(active[slot]);
-                let record = &records[slot];
-                let marked = match self.source {
-                    Source::Field(whole, _) => {
-                        let here = self.fields.field_in(params, active[slot], whole);
-                        let field = Gradients { normals: self.normals, here, whole };
-                        emit_field_vertices(params, inside, &field, origin, &samples, record, own_vertices)?
-                    }
-                    Source::Volume(volume) => {
-                        emit_volume_vertices(params, inside, volume.values(), origin, record, own_vertices)
-                    }
-                };
-                if marked {
+                let own = kept.take_own(slot, &mut vertices, &mut triangles);
+                if self.emit_brick(kept, slot, &kept.bricks[slot..end], scratch, own)? {
                     is_marked.store(true, Ordering::Relaxed);
                 }
             }
             Ok(())
         };
-        let tasks = tasks(counts, slots, vertices, triangles).into_par_iter();
-        tasks.try_for_each_init(Default::default, fill)?;
+        let tasks = tasks(&kept.counts, slots, vertices, triangles).into_par_iter();
+        let begin = || Scratch::new(&self.params, kept, 0);
+        tasks.try_for_each_init(begin, fill)?;
         Ok(is_marked.into_inner())
+    }
+
+    /// The vertices and triangles of the brick in a slot; `next` are the bricks that will be asked for, from this one on. Tells
+    /// whether a vertex was marked for the normals stage.
+    #[inline(always)]
+    pub(crate) fn emit_brick(
+        &self,
+        kept: &Kept,
+        slot: usize,
+        next: &[u32],
+        scratch: &mut Scratch,
+        (vertices, triangles): (&mut [Vertex], &mut [[u32; 3]]),
+    ) -> Result<bool, NoForm> {
+        let Kept { bricks, records, counts, .. } = kept;
+        let Scratch { sampler, numbers, nearby } = scratch;
+        let (params, inside, brick) = (&self.params, self.inside, bricks[slot]);
+        let samples = self.samples(next, sampler)?;
+        let beside = Beside::new(nearby, bricks, records, counts, slot);
+        emit_indices(params, &MARCHING_CUBES, inside, &samples, &beside, numbers, triangles);
+        let (origin, record) = (params.brick_origin(brick), &records[slot]);
+        match self.source {
+            Source::Field(whole, _) => {
+                let here = self.fields.field_in(params, brick, whole);
+                let field = Gradients { normals: self.normals, here, whole };
+                emit_field_vertices(params, inside, &field, origin, &samples, record, vertices)
+            }
+            Source::Volume(volume) => {
+                Ok(emit_volume_vertices(params, inside, volume.values(), origin, record, vertices))
+            }
+        }
     }
 
     /// The samples of the first of `bricks`: where they lie in a volume, or evaluated.
@@ -277,6 +284,26 @@ impl<'a> Job<'a> {
             **brick == *at && at / extent == row && std::ptr::eq(field(*at), first)
         };
         bricks.iter().zip(bricks[0]..).take_while(follows).count() as u32
+    }
+}
+
+/// What a task needs to emit bricks one after another.
+pub(crate) struct Scratch {
+    sampler: Sampler,
+    numbers: EdgeNumbers,
+    nearby: Nearby,
+}
+
+impl Scratch {
+    /// For the bricks from slot `first` on.
+    pub(crate) fn new(params: &Params, kept: &Kept, first: usize) -> Self {
+        let nearby = Nearby::new(params, &kept.bricks, first);
+        Self { sampler: Sampler::default(), numbers: EdgeNumbers::new(), nearby }
+    }
+
+    /// Goes on with the bricks from slot `first` on.
+    fn begin(&mut self, params: &Params, kept: &Kept, first: usize) {
+        self.nearby = Nearby::new(params, &kept.bricks, first);
     }
 }
 
@@ -329,6 +356,44 @@ impl Kept {
         self.bricks.truncate(to);
         self.records.truncate(to);
         self.counts.truncate(to);
+    }
+
+    /// Vertices and triangles of all bricks.
+    pub(crate) fn totals(&self) -> Result<[usize; 2], ExtractError> {
+        let add = |t: [u64; 2], c: &[u32; 2]| [t[0] + u64::from(c[0]), t[1] + u64::from(c[1])];
+        let [vertices, triangles] = self.counts.iter().fold([0; 2], add);
+        if vertices > u64::from(u32::MAX) || 3 * triangles > u64::from(u32::MAX) {
+            return Err(ExtractError::TooLarge { vertices, triangles });
+        }
+        Ok([vertices as usize, triangles as usize])
+    }
+
+    /// From counts to offsets.
+    pub(crate) fn scan(&mut self) {
+        self.counts.push([0; 2]);
+        scan(&mut self.counts);
+    }
+
+    /// Vertices and triangles of a slot, once there are offsets.
+    #[inline(always)]
+    pub(crate) fn own(&self, slot: usize) -> [Range<usize>; 2] {
+        [0, 1].map(|i| self.counts[slot][i] as usize..self.counts[slot + 1][i] as usize)
+    }
+
+    /// The room for a slot's vertices and triangles, off the front of what is left.
+    #[inline(always)]
+    pub(crate) fn take_own<'a>(
+        &self,
+        slot: usize,
+        vertices: &mut &'a mut [Vertex],
+        triangles: &mut &'a mut [[u32; 3]],
+    ) -> (&'a mut [Vertex], &'a mut [[u32; 3]]) {
+        let [own_vertices, own_triangles] = self.own(slot).map(|own| own.len());
+        let (first_vertices, rest) = std::mem::take(vertices).split_at_mut(own_vertices);
+        *vertices = rest;
+        let (first_triangles, rest) = std::mem::take(triangles).split_at_mut(own_triangles);
+        *triangles = rest;
+        (first_vertices, first_triangles)
     }
 
     pub(crate) fn reserve(&mut self, bricks: usize) {
@@ -390,13 +455,13 @@ impl<'a> Progress<'a> {
 }
 
 /// A run of slots and the part of the mesh that is theirs.
-struct Task<'a> {
-    slots: Range<usize>,
-    vertices: &'a mut [Vertex],
-    triangles: &'a mut [[u32; 3]],
+pub(crate) struct Task<'a> {
+    pub(crate) slots: Range<usize>,
+    pub(crate) vertices: &'a mut [Vertex],
+    pub(crate) triangles: &'a mut [[u32; 3]],
 }
 
-fn tasks<'a>(
+pub(crate) fn tasks<'a>(
     offsets: &[[u32; 2]],
     slots: Range<usize>,
     mut vertices: &'a mut [Vertex],

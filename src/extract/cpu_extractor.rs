@@ -1,13 +1,10 @@
 //! The CPU path: the twins of every stage, end to end.
 
-use super::cpu::{Clock, Job, Kept};
+use super::cpu::{BRICKS, Clock, Job, Kept};
 use super::{ExtractError, Options, Report, Source, stage_index as at};
 use crate::mesh::Mesh;
 use crate::stage::cull::bounds::{Culled, cull_field};
 use crate::stage::cull::cpu::{range, straddles};
-
-/// What the ranges and the list of active bricks are called where they do not fit.
-const TABLE: &str = "the table of the grid's bricks";
 
 /// Extracts the mesh by the CPU twins. `progress` hears how much of the work is done, from 0 to 1.
 ///
@@ -92,7 +89,7 @@ impl CpuExtractor {
             Source::Field(..) if options.cull => 0,
             Source::Field(..) => bricks * LISTED,
         };
-        job.budget(TABLE, 0)?;
+        job.budget(BRICKS, 0)?;
 
         let kept = &mut self.kept;
         kept.clear();
@@ -114,7 +111,7 @@ impl CpuExtractor {
                 };
                 job.fields = culled.fields;
                 job.held_bytes = culled.active.len() * LISTED;
-                job.budget(TABLE, 0)?;
+                job.budget(BRICKS, 0)?;
                 clock.lap(at::CULL);
                 job.classify_all(&culled.active, kept, progress)?;
                 (culled.active.len(), kept.non_finite)

@@ -22,6 +22,7 @@ pub use project::{Projection, project};
 pub(crate) use project::{Search, search};
 pub use surface::Surface;
 
+use crate::graph::GraphField;
 use crate::graph::interval::{ALL, Interval};
 use std::fmt;
 use std::sync::Arc;
@@ -149,6 +150,12 @@ pub trait Field: Send + Sync + fmt::Debug {
     /// The bounds of [`Field::within`] alone.
     fn range(&self, region: [Interval; 3]) -> Interval {
         self.within(region).range
+    }
+
+    /// The expression that the field is, if it is one: two of them can be compared, so that an edit takes only what it
+    /// changed ([`Incremental`](crate::extract::Incremental)).
+    fn as_graph(&self) -> Option<&GraphField> {
+        None
     }
 
     /// The field as WGSL.

@@ -158,6 +158,10 @@ impl Field for UserField {
         self.graph().map_or(Within { range: ALL, field: None }, |graph| graph.within(region))
     }
 
+    fn as_graph(&self) -> Option<&GraphField> {
+        self.graph()
+    }
+
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
         if let Some(graph) = self.graph().filter(|graph| graph.operations() <= MOST_ON_GPU) {
             return graph.wgsl();

@@ -4,6 +4,7 @@ use super::Expr;
 use super::eval::{self, Dual, Lanes};
 use super::interval::Interval;
 use super::lower::Program;
+use super::same::is_same;
 use super::tape::{Code, Tape};
 use super::wgsl;
 use crate::field::{Field, LatticeValues, NoForm, Points, Sense, Wgsl, Within};
@@ -16,7 +17,8 @@ pub struct GraphField {
     program: Arc<Program>,
     /// The program's tape, or what is left of it in a box.
     tape: Arc<Tape>,
-    code: Arc<Code>,
+    /// The tape with registers, once points are asked for: of most boxes only bounds are.
+    code: Arc<OnceLock<Code>>,
     wgsl: Arc<OnceLock<Written>>,
     parameters: Vec<f64>,
     uniforms: Arc<[f32]>,
@@ -63,7 +65,7 @@ impl GraphField {
         let tape = Arc::new(program.tape.clone());
         let parameters: Vec<f64> = program.parameters.iter().map(|p| p.default).collect();
         Self {
-            code: Arc::new(Code::new(&tape)),
+            code: Arc::default(),
             uniforms: program.uniforms(&parameters).into(),
             wgsl: Arc::default(),
             program: Arc::new(program),
@@ -100,6 +102,16 @@ impl GraphField {
     pub fn operations(&self) -> usize {
         self.tape.instructions.len()
     }
+
+    fn code(&self) -> &Code {
+        self.code.get_or_init(|| Code::new(&self.tape))
+    }
+
+    /// Whether `other` gives the same values and gradients at all points of a box, bit for bit; `false` where that is not
+    /// known.
+    pub fn is_same(&self, other: &Self, region: [Interval; 3]) -> bool {
+        is_same((&self.tape, &self.uniforms), (&other.tape, &other.uniforms), region)
+    }
 }
 
 impl Field for GraphField {
@@ -108,18 +120,23 @@ impl Field for GraphField {
     }
 
     fn values(&self, points: Points<'_>, out: &mut [f32]) -> Result<(), NoForm> {
-        LANES.with_borrow_mut(|registers| eval::values(&self.code, &self.uniforms, points, registers, out));
+        LANES.with_borrow_mut(|registers| eval::values(self.code(), &self.uniforms, points, registers, out));
         Ok(())
     }
 
     fn lattice(&self) -> Option<&dyn LatticeValues> {
-        self.code.only_leaf()?.lattice()
+        self.code().only_leaf()?.lattice()
     }
 
     fn gradients(&self, points: Points<'_>, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
-        DUALS
-            .with_borrow_mut(|registers| eval::gradients(&self.code, &self.uniforms, points, registers, out));
+        DUALS.with_borrow_mut(|registers| {
+            eval::gradients(self.code(), &self.uniforms, points, registers, out)
+        });
         Ok(())
+    }
+
+    fn as_graph(&self) -> Option<&GraphField> {
+        Some(self)
     }
 
     fn within(&self, region: [Interval; 3]) -> Within {
@@ -127,8 +144,7 @@ impl Field for GraphField {
         let range = self.tape.interval(&self.uniforms, region, &mut all);
         let pruned = self.tape.pruned(&self.uniforms, region, &all);
         let field = pruned.map(|tape| {
-            Arc::new(Self { code: Arc::new(Code::new(&tape)), tape: Arc::new(tape), ..self.clone() })
-                as Arc<dyn Field>
+            Arc::new(Self { code: Arc::default(), tape: Arc::new(tape), ..self.clone() }) as Arc<dyn Field>
         });
         Within { range, field }
     }

@@ -4,6 +4,7 @@
 use super::eval::LANES;
 use super::interval::Interval;
 use crate::field::{LatticeValues, Points};
+use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
@@ -17,7 +18,7 @@ pub struct DualSlices<'a> {
 }
 
 /// A function of a point, in all the forms that the graph needs.
-pub trait Leaf: Send + Sync + fmt::Debug {
+pub trait Leaf: Any + Send + Sync + fmt::Debug {
     /// The values at `at`.
     fn values(&self, at: Points<'_>, out: &mut [f32]);
 
@@ -36,6 +37,13 @@ pub trait Leaf: Send + Sync + fmt::Debug {
     fn within(&self, at: [Interval; 3]) -> Option<Arc<dyn Leaf>> {
         let _ = at;
         None
+    }
+
+    /// Whether another leaf has the same values and gradients in a box, bit for bit; `false` where that is not known. One
+    /// and the same leaf is not asked.
+    fn is_same(&self, other: &dyn Leaf, at: [Interval; 3]) -> bool {
+        let _ = (other, at);
+        false
     }
 
     /// The WGSL: functions `{name}(p: vec3<f32>) -> f32`, `{name}_gradient(p: vec3<f32>) -> vec4<f32>` (value

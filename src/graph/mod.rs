@@ -17,6 +17,7 @@ pub mod leaf;
 pub mod lower;
 mod noise;
 pub mod ops;
+mod same;
 pub mod shapes;
 pub mod tape;
 pub mod volume;

@@ -5,6 +5,7 @@ use super::leaf::{DualSlices, Leaf, LeafWgsl};
 use super::{Expr, x, y, z};
 use crate::field::Points;
 use crate::field::noise::{NOISE_BOUND, NOISE_SLOPE, noise, noise_gradient};
+use std::any::Any;
 use std::sync::Arc;
 
 /// Noise of one seed.
@@ -57,6 +58,10 @@ impl Leaf for Noise {
         let near = [x, y, z].iter().all(|r| r.lo > -1e6 && r.hi < 1e6);
         let (lo, hi) = if near { (value - reach, value + reach) } else { (-NOISE_BOUND, NOISE_BOUND) };
         Interval::new(lo.max(-NOISE_BOUND), hi.min(NOISE_BOUND)).grown(known, 1e-5, 1e-5)
+    }
+
+    fn is_same(&self, other: &dyn Leaf, _: [Interval; 3]) -> bool {
+        (other as &dyn Any).downcast_ref().is_some_and(|other: &Self| other.seed == self.seed)
     }
 
     fn wgsl(&self, name: &str, _first: usize) -> LeafWgsl {

@@ -103,38 +103,11 @@ impl Tape {
             Operand::Uniform(i) => Interval::point(uniforms[i as usize]),
             Operand::Value(i) => all[i as usize],
         };
-        // What a decided operation stands for. NaN is excluded where both intervals are bounded.
-        let decided = |instruction: &Instruction| {
-            let [a, b, c] = instruction.operands;
-            let below = |a: Operand, b: Operand| {
-                let (a, b) = (get(a), get(b));
-                a.is_bounded() && b.is_bounded() && a.hi < b.lo
-            };
-            match instruction.op {
-                Op::Binary(Binary::Min) if below(a, b) => Some(a),
-                Op::Binary(Binary::Min) if below(b, a) => Some(b),
-                Op::Binary(Binary::Max) if below(a, b) => Some(b),
-                Op::Binary(Binary::Max) if below(b, a) => Some(a),
-                Op::Select => {
-                    let condition = get(a);
-                    if !condition.is_bounded() {
-                        None
-                    } else if condition.lo > 0.0 || condition.hi < 0.0 {
-                        Some(b)
-                    } else if condition.lo == 0.0 && condition.hi == 0.0 {
-                        Some(c)
-                    } else {
-                        None
-                    }
-                }
-                _ => None,
-            }
-        };
         let mut stands_for = Vec::with_capacity(self.instructions.len());
         let mut any = false;
         for (i, instruction) in self.instructions.iter().enumerate() {
             // What it stands for comes earlier, and has been resolved.
-            let resolved = match decided(instruction) {
+            let resolved = match decided(instruction, get) {
                 Some(Operand::Value(j)) => Some(stands_for[j as usize]),
                 other => other,
             };
@@ -200,6 +173,36 @@ impl Tape {
             }
         }
         Tape { root: place(&places, self.root), leaves: self.leaves, instructions }
+    }
+}
+
+/// What an operation stands for throughout a box, if that is decided there: one of its operands, whose bounds `get` gives.
+/// NaN is excluded where both intervals are bounded.
+#[inline(always)]
+pub(super) fn decided(instruction: &Instruction, get: impl Fn(Operand) -> Interval) -> Option<Operand> {
+    let [a, b, c] = instruction.operands;
+    let below = |a: Operand, b: Operand| {
+        let (a, b) = (get(a), get(b));
+        a.is_bounded() && b.is_bounded() && a.hi < b.lo
+    };
+    match instruction.op {
+        Op::Binary(Binary::Min) if below(a, b) => Some(a),
+        Op::Binary(Binary::Min) if below(b, a) => Some(b),
+        Op::Binary(Binary::Max) if below(a, b) => Some(b),
+        Op::Binary(Binary::Max) if below(b, a) => Some(a),
+        Op::Select => {
+            let condition = get(a);
+            if !condition.is_bounded() {
+                None
+            } else if condition.lo > 0.0 || condition.hi < 0.0 {
+                Some(b)
+            } else if condition.lo == 0.0 && condition.hi == 0.0 {
+                Some(c)
+            } else {
+                None
+            }
+        }
+        _ => None,
     }
 }
 

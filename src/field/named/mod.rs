@@ -213,6 +213,10 @@ impl Field for Named {
         self.field.within(region)
     }
 
+    fn as_graph(&self) -> Option<&GraphField> {
+        Some(&self.field)
+    }
+
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
         self.field.wgsl()
     }

@@ -140,8 +140,7 @@ impl Blobs {
 
 impl Few {
     pub(super) fn bounds(&self, at: [Interval; 3]) -> Interval {
-        corners(at)
-            .map_or(ALL, |[low, high]| bounds(self.kernel, From::List(&self.components), low, high, 0.0))
+        corners(at).map_or(ALL, |[low, high]| bounds(self.kernel, self.from(), low, high, 0.0))
     }
 }
 

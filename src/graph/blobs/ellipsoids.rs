@@ -15,6 +15,7 @@ use crate::graph::interval::{ALL, Interval};
 use crate::graph::leaf::{DualSlices, Leaf, LeafWgsl};
 use glam::{Mat3, Quat, Vec3};
 use multiversion::multiversion;
+use std::any::Any;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -286,6 +287,21 @@ impl Leaf for Ellipsoids {
             }
         }
         sums.interval(self.slack)
+    }
+
+    fn is_same(&self, other: &dyn Leaf, at: [Interval; 3]) -> bool {
+        let Some(other) = (other as &dyn Any).downcast_ref::<Self>() else { return false };
+        let Some(around @ [low, high]) = bounds::corners(at) else { return false };
+        let is_coarse =
+            |of: &Self| of.grids.iter().any(|grid| grid.cells(low, high).is_some_and(bounds::is_coarse));
+        if self.kernel != other.kernel || is_coarse(self) || is_coarse(other) {
+            return false;
+        }
+        let [mut own, mut others] = [Vec::new(), Vec::new()];
+        self.reaching(around, true, &mut own);
+        other.reaching(around, true, &mut others);
+        let [own, others]: [&[[u32; 13]]; 2] = [&own[..], &others[..]].map(bytemuck::cast_slice);
+        own == others
     }
 
     fn wgsl(&self, name: &str, first: usize) -> LeafWgsl {

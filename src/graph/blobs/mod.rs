@@ -259,6 +259,10 @@ impl Leaf for Blobs {
         Few::of(self.kernel, components, self.components.len())
     }
 
+    fn is_same(&self, other: &dyn Leaf, at: [Interval; 3]) -> bool {
+        sum::is_same((self.kernel, self.from()), other, at)
+    }
+
     fn wgsl(&self, name: &str, first: usize) -> LeafWgsl {
         wgsl(self.kernel, false, name, first)
     }
@@ -353,6 +357,10 @@ impl Leaf for Few {
         let [low, high] = bounds::corners(at)?;
         let near = self.components.iter().filter(|component| sum::nearest(component, low, high, 1.0) < 1.0);
         Few::of(self.kernel, near.copied().collect(), self.components.len())
+    }
+
+    fn is_same(&self, other: &dyn Leaf, at: [Interval; 3]) -> bool {
+        sum::is_same((self.kernel, self.from()), other, at)
     }
 
     /// Only whole fields are sent to the GPU.

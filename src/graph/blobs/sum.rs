@@ -2,10 +2,12 @@
 
 use super::grid::Grid;
 use super::kernel::{Blobby, InverseSquare, Kernel, Metaball, Profile, SoftObject};
-use super::{Blobs, Few, Stored};
+use super::{Blobs, Few, Stored, bounds};
 use crate::field::Points;
-use crate::graph::leaf::DualSlices;
+use crate::graph::interval::Interval;
+use crate::graph::leaf::{DualSlices, Leaf};
 use multiversion::multiversion;
+use std::any::Any;
 use std::cell::RefCell;
 use std::ops::Range;
 
@@ -38,12 +40,16 @@ impl Blobs {
 }
 
 impl Few {
+    pub(super) fn from(&self) -> From<'_> {
+        From::List(&self.components)
+    }
+
     pub(super) fn sum_values(&self, at: Points<'_>, out: &mut [f32]) {
-        LISTS.with_borrow_mut(|lists| values(self.kernel, From::List(&self.components), at, lists, out));
+        LISTS.with_borrow_mut(|lists| values(self.kernel, self.from(), at, lists, out));
     }
 
     pub(super) fn sum_gradients(&self, at: Points<'_>, out: DualSlices<'_>) {
-        LISTS.with_borrow_mut(|lists| gradients(self.kernel, From::List(&self.components), at, lists, out));
+        LISTS.with_borrow_mut(|lists| gradients(self.kernel, self.from(), at, lists, out));
     }
 }
 
@@ -166,6 +172,32 @@ fn each_chunk(from: From<'_>, points: Points<'_>, lists: &mut Lists, taker: &mut
             taker.take(gather(From::List(group), around, list), chunk);
         }
     }
+}
+
+/// Whether the components that reach a box are the same, in the same order, as those of another sum: then all sums there
+/// are. Not known of boxes of many cells, whose parts are better asked for.
+pub(super) fn is_same((kernel, from): (Kernel, From<'_>), other: &dyn Leaf, at: [Interval; 3]) -> bool {
+    let other: &dyn Any = other;
+    let (other_kernel, other) = match (other.downcast_ref::<Blobs>(), other.downcast_ref::<Few>()) {
+        (Some(blobs), _) => (blobs.kernel, blobs.from()),
+        (_, Some(few)) => (few.kernel, few.from()),
+        _ => return false,
+    };
+    let Some(around @ [low, high]) = bounds::corners(at) else { return false };
+    let is_coarse = |from| match from {
+        From::Grids(grids, _) => {
+            grids.iter().any(|grid: &Grid| grid.cells(low, high).is_some_and(bounds::is_coarse))
+        }
+        From::List(_) => false,
+    };
+    if kernel != other_kernel || is_coarse(from) || is_coarse(other) {
+        return false;
+    }
+    LISTS.with_borrow_mut(|[own, others]| {
+        let (own, others) = (gather(from, around, own), gather(other, around, others));
+        let [own, others]: [&[[u32; 5]]; 2] = [own, others].map(bytemuck::cast_slice);
+        own == others
+    })
 }
 
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2"))]

@@ -9,6 +9,7 @@
 
 use super::cpu::{Range, straddles};
 use crate::field::{Field, Within};
+use crate::graph::GraphField;
 use crate::graph::interval::{self as iv, Interval};
 use crate::stage::inside::order_key;
 use crate::stage::params::Params;
@@ -31,12 +32,15 @@ pub struct Culled {
     pub active: Vec<u32>,
     /// The pruned fields.
     pub fields: BlockFields,
+    /// Boxes of bricks, from the first to before the end, where nothing changed ([`cull_changed`]).
+    pub same: Vec<[UVec3; 2]>,
 }
 
 impl Culled {
     fn joined(mut self, other: Self) -> Self {
         self.active.extend(other.active);
         self.fields.0.extend(other.fields.0);
+        self.same.extend(other.same);
         self
     }
 }
@@ -108,12 +112,19 @@ fn keys(range: Interval) -> Range {
 
 /// The bricks of the whole grid that may hold surface.
 pub fn cull_field(params: &Params, field: &dyn Field) -> Culled {
+    cull_changed(params, field, None, 0.0)
+}
+
+/// The bricks that may hold surface but for those in boxes where the field is what it was `before`, bit for bit. These
+/// are in [`Culled::same`]. `reach` is how far around a brick its vertices' normals are taken from, in world units.
+pub fn cull_changed(params: &Params, field: &dyn Field, before: Option<&GraphField>, reach: f32) -> Culled {
     let extent = UVec3::from(params.slab_extent);
     let boxes = extent.map(|n| n.div_ceil(LARGEST));
+    let descent = Descent { params, reach };
     let parts = (0..boxes.element_product()).into_par_iter().map(|i| {
         let first = UVec3::new(i % boxes.x, i / boxes.x % boxes.y, i / (boxes.x * boxes.y)) * LARGEST;
         let mut found = Culled::default();
-        descend(params, field, None, first, LARGEST, &mut found);
+        descent.descend(Here { field, pruned: None, before }, first, LARGEST, &mut found);
         found
     });
     let mut all = parts.reduce(Culled::default, Culled::joined);
@@ -121,53 +132,81 @@ pub fn cull_field(params: &Params, field: &dyn Field) -> Culled {
     all
 }
 
-fn descend(
-    params: &Params,
-    field: &dyn Field,
-    pruned: Option<&Arc<dyn Field>>,
-    first: UVec3,
-    side: u32,
-    found: &mut Culled,
-) {
-    let extent = UVec3::from(params.slab_extent);
-    if first.cmpge(extent).any() {
-        return;
-    }
-    let region = region(params, first, (first + side).min(extent));
-    if side == 1 {
-        // Bricks have the fields of their blocks: nothing is pruned for one.
-        if can_cross(params, field.range(region)) {
-            found.active.push(first.x + extent.x * (first.y + extent.y * first.z));
+struct Descent<'a> {
+    params: &'a Params,
+    reach: f32,
+}
+
+/// What is known in the box around.
+#[derive(Clone, Copy)]
+struct Here<'a> {
+    field: &'a dyn Field,
+    /// The field again, where it has been pruned.
+    pruned: Option<&'a Arc<dyn Field>>,
+    before: Option<&'a GraphField>,
+}
+
+impl Descent<'_> {
+    fn descend(&self, here: Here<'_>, first: UVec3, side: u32, found: &mut Culled) {
+        let extent = UVec3::from(self.params.slab_extent);
+        if first.cmpge(extent).any() {
+            return;
         }
-        return;
-    }
-    let Within { range, field: simpler } = field.within(region);
-    if !can_cross(params, range) {
-        return;
-    }
-    let pruned = simpler.as_ref().or(pruned);
-    let field = pruned.map_or(field, |field| &**field);
-    if side == BLOCK
-        && let Some(pruned) = pruned
-    {
-        found.fields.0.insert(block_of(params, first), pruned.clone());
-    }
-    // Blocks are divided into bricks at once, larger boxes into eight.
-    let (parts, next) = if side == BLOCK { (BLOCK, 1) } else { (2, side / 2) };
-    let of_part = |i: u32, found: &mut Culled| {
-        let place = UVec3::new(i % parts, i / parts % parts, i / (parts * parts));
-        descend(params, field, pruned, first + place * next, next, found);
-    };
-    let count = parts * parts * parts;
-    if side > SHARED {
-        let of_parts = (0..count).into_par_iter().map(|i| {
-            let mut found = Culled::default();
-            of_part(i, &mut found);
-            found
-        });
-        let of_parts = of_parts.reduce(Culled::default, Culled::joined);
-        *found = std::mem::take(found).joined(of_parts);
-    } else {
-        (0..count).for_each(|i| of_part(i, found));
+        let end = (first + side).min(extent);
+        let mut region = region(self.params, first, end);
+        if self.reach > 0.0 {
+            if !can_cross(self.params, here.field.range(region)) {
+                return;
+            }
+            region = region.map(|side| iv::add(side, Interval::new(-self.reach, self.reach)));
+        }
+        // Bricks have the fields of their blocks: nothing is pruned for one.
+        let is_brick = side == 1;
+        let Within { range, field: simpler } = if is_brick {
+            Within { range: here.field.range(region), field: None }
+        } else {
+            here.field.within(region)
+        };
+        if !can_cross(self.params, range) {
+            return;
+        }
+        if let (Some(before), Some(field)) = (here.before, here.field.as_graph())
+            && field.is_same(before, region)
+        {
+            found.same.push([first, end]);
+            return;
+        }
+        if is_brick {
+            found.active.push(first.x + extent.x * (first.y + extent.y * first.z));
+            return;
+        }
+        let pruned = simpler.as_ref().or(here.pruned);
+        let field = pruned.map_or(here.field, |field| &**field);
+        let simpler = here.before.and_then(|before| before.within(region).field);
+        let before = simpler.as_ref().and_then(|field| field.as_graph()).or(here.before);
+        if side == BLOCK
+            && let Some(pruned) = pruned
+        {
+            found.fields.0.insert(block_of(self.params, first), pruned.clone());
+        }
+        // Blocks are divided into bricks at once, larger boxes into eight.
+        let (parts, next) = if side == BLOCK { (BLOCK, 1) } else { (2, side / 2) };
+        let here = Here { field, pruned, before };
+        let of_part = |i: u32, found: &mut Culled| {
+            let place = UVec3::new(i % parts, i / parts % parts, i / (parts * parts));
+            self.descend(here, first + place * next, next, found);
+        };
+        let count = parts * parts * parts;
+        if side > SHARED {
+            let of_parts = (0..count).into_par_iter().map(|i| {
+                let mut found = Culled::default();
+                of_part(i, &mut found);
+                found
+            });
+            let of_parts = of_parts.reduce(Culled::default, Culled::joined);
+            *found = std::mem::take(found).joined(of_parts);
+        } else {
+            (0..count).for_each(|i| of_part(i, found));
+        }
     }
 }

@@ -4,4 +4,4 @@ mod indices;
 mod vertices;
 
 pub use indices::{Beside, EdgeNumbers, Nearby, emit_indices};
-pub use vertices::{Gradients, emit_field_vertices, emit_volume_vertices};
+pub use vertices::{Gradients, emit_field_vertices, emit_volume_vertices, renumber_brick};

@@ -361,3 +361,16 @@ fn field_vertices(
     }
     Ok(marked)
 }
+
+/// Of a brick with one record before and another after: the number that each vertex before has after, `first` being that of
+/// the brick's first vertex; nothing of those on edges that are no longer crossed.
+pub fn renumber_brick(before: &BrickRecord, after: &BrickRecord, first: u32, numbers: &mut [u32]) {
+    let mut now = (first..).zip(Edges::new(after)).peekable();
+    let place = |([x, y, z], axis): ([u32; 3], usize)| (z, y, axis, x);
+    for (to, edge) in numbers.iter_mut().zip(Edges::new(before)) {
+        while now.next_if(|(_, other)| place(*other) < place(edge)).is_some() {}
+        if let Some((number, _)) = now.next_if(|(_, other)| *other == edge) {
+            *to = number;
+        }
+    }
+}
