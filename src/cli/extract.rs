@@ -138,6 +138,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
             backend,
             adapter: adapter.as_deref(),
             peak_bytes: report.peak_bytes,
+            scratch_bytes: report.scratch_bytes,
             method: told,
             refined,
             seconds,

@@ -93,6 +93,7 @@ pub fn run(
             backend: "cpu",
             adapter: None,
             peak_bytes: report.peak_bytes,
+            scratch_bytes: report.scratch_bytes,
             method: Value::Null,
             refined: None,
             seconds,

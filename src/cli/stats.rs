@@ -22,6 +22,8 @@ pub struct Stats<'a> {
     /// The adapter's name; null on the CPU.
     pub adapter: Option<&'a str>,
     pub peak_bytes: u64,
+    /// What is neither samples nor mesh.
+    pub scratch_bytes: u64,
     /// What --track, --sharp or --method tells beside; null of a sweep.
     pub method: Value,
     /// What --refine tells.

@@ -1,6 +1,6 @@
 //! The CPU path: the twins of every stage, end to end.
 
-use super::cpu::{BRICKS, Clock, Job, Kept};
+use super::cpu::{BRICKS, Clock, Job, KEPT_BYTES, Kept};
 use super::{ExtractError, Options, Report, Source, stage_index as at};
 use crate::mesh::Mesh;
 use crate::stage::cull::bounds::{Culled, cull_field};
@@ -128,6 +128,7 @@ impl CpuExtractor {
             non_finite,
             slabs: 1,
             peak_bytes,
+            scratch_bytes: (kept.bricks.len() * KEPT_BYTES) as u64,
             seconds: clock.seconds,
         })
     }

@@ -154,6 +154,9 @@ pub struct Report {
     pub slabs: u64,
     /// The most bytes that buffers took at one time, the mesh included.
     pub peak_bytes: u64,
+    /// Of these, what is neither samples nor mesh nor a volume's table of ranges: lists, maps and records of a slab's
+    /// bricks. It follows the active bricks: under a byte a cell of them.
+    pub scratch_bytes: u64,
     /// Seconds of each of [`STAGES`]; none where it was not done or not measured.
     pub seconds: [Option<f64>; STAGES.len()],
 }

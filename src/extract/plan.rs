@@ -88,6 +88,8 @@ pub struct Plan {
     /// Bytes of the scratch, the source, and for a volume its samples in main memory and those on their
     /// way to the GPU.
     pub bytes: u64,
+    /// Bytes of the brick map, a field's lists of boxes, and the scratch of active bricks.
+    pub scratch_bytes: u64,
     /// The bytes of the cut that takes the fewest.
     pub least_bytes: u64,
 }
@@ -244,6 +246,7 @@ impl Plan {
             batch_slots: u32::try_from(batch_slots).unwrap_or(u32::MAX),
             batches: u32::try_from(batches).unwrap_or(u32::MAX),
             bytes,
+            scratch_bytes: map + if volume.is_some() { 0 } else { of_bricks } + (slots + 1) * SLOT_BYTES,
             least_bytes: bytes,
         }
     }

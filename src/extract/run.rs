@@ -277,6 +277,7 @@ impl Extractor {
             non_finite: works.iter().map(|w| u64::from(w.non_finite)).sum(),
             slabs: slabs as u64,
             peak_bytes,
+            scratch_bytes: space.plan.scratch_bytes,
             seconds,
         };
         Ok(Run::Done(Box::new(Extraction { mesh, report })))

@@ -39,7 +39,7 @@ impl SourceKernels {
             Samples::Field(wgsl) => (Some(Sample::new(gpu, wgsl)?), Bounds::new(gpu, wgsl)?),
         };
         let classify_sampling = match samples {
-            Samples::Field(wgsl) if shaders::classify_samples(wgsl, gpu.form()) => {
+            Samples::Field(wgsl) if gpu.takes_samples() && shaders::classify_samples(wgsl, gpu.form()) => {
                 Some(Classify::sampling(gpu, wgsl)?)
             }
             _ => None,

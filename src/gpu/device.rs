@@ -76,6 +76,7 @@ pub struct Gpu {
     pub time_limit: Duration,
     form: Form,
     scan_form: Form,
+    takes_samples: bool,
     state: Arc<State>,
 }
 
@@ -167,7 +168,8 @@ impl Gpu {
             callback.lost.store(true, Ordering::SeqCst);
         });
         let (form, scan_form) = Form::best(&device, &info);
-        Self { device, queue, info, time_limit: TIME_LIMIT, form, scan_form, state }
+        let takes_samples = info.device_type != wgpu::DeviceType::Cpu;
+        Self { device, queue, info, time_limit: TIME_LIMIT, form, scan_form, takes_samples, state }
     }
 
     /// Whether what changes from frame to frame travels within the commands: the device has immediates
@@ -207,6 +209,12 @@ impl Gpu {
         self.form
     }
 
+    /// Whether classify takes a field's samples itself, twelve an invocation. Software adapters may end an invocation's
+    /// loops after some number of iterations, and tell nobody: there the sample stage takes three.
+    pub(crate) fn takes_samples(&self) -> bool {
+        self.takes_samples
+    }
+
     /// How those of scan do.
     pub fn scan_form(&self) -> Form {
         self.scan_form
@@ -215,7 +223,12 @@ impl Gpu {
     /// The same device with kernels of another form, for comparing them; none if it does not have it. Extractors made of
     /// it have that form.
     pub fn with_form(&self, form: Form) -> Option<Self> {
-        form.works_on(&self.device, &self.info).then(|| Self { form, scan_form: form, ..self.clone() })
+        form.works_on(&self.device, &self.info).then(|| Self {
+            form,
+            scan_form: form,
+            takes_samples: form != Form::Serial,
+            ..self.clone()
+        })
     }
 
     /// Whether the adapter is software (lavapipe, SwiftShader, WARP).

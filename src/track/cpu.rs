@@ -70,6 +70,7 @@ pub fn track(
         non_finite: kept.non_finite,
         slabs: 1,
         peak_bytes,
+        scratch_bytes: (kept.bricks.len() * KEPT_BYTES) as u64,
         seconds: clock.seconds,
     };
     progress(1.0);
