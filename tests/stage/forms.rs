@@ -65,7 +65,7 @@ fn give_the_same_bytes() {
     let source = Source::Field(&gyroid as &dyn Field, grid);
     let needed = check("gyroid", &source, 0.0).peak_bytes;
     let batches = |budget: u64| forms[1].1.prepare(&source, budget).unwrap().plan().batches;
-    assert!(batches(needed * 3 / 5) > 2, "{}", batches(needed * 3 / 5));
+    assert!(batches(needed * 3 / 5) >= 2, "{}", batches(needed * 3 / 5));
     check_within("gyroid in batches", &source, 0.0, needed * 3 / 5);
     let (volume, iso) = &volumes()[3];
     let source = Source::Volume(volume);
