@@ -57,6 +57,17 @@ fn make_vertex(slot: u32, origin: vec3<u32>, edge: vec4<u32>) -> Vertex {
     return Vertex(position, normal);
 }
 
+// Writes a vertex into its place of the window.
+fn write_vertex(place: u32, vertex: Vertex) {
+    let out = 6u * place;
+    vertices[out] = vertex.position.x;
+    vertices[out + 1u] = vertex.position.y;
+    vertices[out + 2u] = vertex.position.z;
+    vertices[out + 3u] = vertex.normal.x;
+    vertices[out + 4u] = vertex.normal.y;
+    vertices[out + 5u] = vertex.normal.z;
+}
+
 // Number of the vertex on edge `edge` of the cell whose lowest corner is point `cell` of the brick.
 fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32, slot: u32) -> u32 {
     let axis = edge >> 2u;
@@ -96,6 +107,30 @@ fn triangle_of(t: u32, case_byte: u32, cell: vec3<u32>, brick: u32, slot: u32) -
     let b = vertex_on((edges >> 4u) & 15u, cell, brick, slot);
     let c = vertex_on((edges >> 8u) & 15u, cell, brick, slot);
     return select(vec3<u32>(a, b, c), vec3<u32>(a, c, b), params.mirrored == 1u);
+}
+
+// The triangles of a row's cells, as far as the window has room.
+fn write_triangles(slot: u32, brick: u32, origin: vec3<u32>, row: u32) {
+    let y = row % 8u;
+    let z = row / 8u;
+    let in_plane = (records[slot].triangles[row / 2u] >> (16u * (row & 1u))) & 0xffffu;
+    var triangle = params.first_triangle + offsets[slot].y + (records[slot].planes[z] >> 16u) + in_plane;
+    triangle -= params.triangle_window;
+    let bits = rows_at(slot, origin, y, z);
+    for (var mixed = mixed_cells(bits, row_shape(origin, y, z)); mixed != 0u; mixed &= mixed - 1u) {
+        let x = countTrailingZeros(mixed);
+        let case_byte = cell_case(bits, x);
+        let count = table_words(case_byte).x & 15u;
+        for (var t = 0u; t < count; t++) {
+            if triangle < call.triangle_capacity {
+                let corners = triangle_of(t, case_byte, vec3<u32>(x, y, z), brick, slot);
+                indices[3u * triangle] = corners.x;
+                indices[3u * triangle + 1u] = corners.y;
+                indices[3u * triangle + 2u] = corners.z;
+            }
+            triangle++;
+        }
+    }
 }
 
 // The totals of the slab's own bricks, and the mesh header (`MeshHeader` in src/gpu/mesh.rs): draw

@@ -40,13 +40,7 @@ fn emit_vertices(
             break;
         }
         let vertex = make_vertex(slot, origin, edge_of_vertex(slot, k));
-        let out = 6u * place;
-        vertices[out] = vertex.position.x;
-        vertices[out + 1u] = vertex.position.y;
-        vertices[out + 2u] = vertex.position.z;
-        vertices[out + 3u] = vertex.normal.x;
-        vertices[out + 4u] = vertex.normal.y;
-        vertices[out + 5u] = vertex.normal.z;
+        write_vertex(place, vertex);
     }
     report_runaway();
 }
@@ -71,25 +65,5 @@ fn emit_indices(
     }
     let brick = active_list[slot];
     let origin = brick_origin(brick);
-    let y = row % 8u;
-    let z = row / 8u;
-    let in_plane = (records[slot].triangles[row / 2u] >> (16u * (row & 1u))) & 0xffffu;
-    var triangle = params.first_triangle + offsets[slot].y + (records[slot].planes[z] >> 16u) + in_plane;
-    triangle -= params.triangle_window;
-    let shape = row_shape(origin, y, z);
-    let bits = rows_at(slot, origin, y, z);
-    for (var mixed = mixed_cells(bits, shape); mixed != 0u; mixed &= mixed - 1u) {
-        let x = countTrailingZeros(mixed);
-        let case_byte = cell_case(bits, x);
-        let count = table_words(case_byte).x & 15u;
-        for (var t = 0u; t < count; t++) {
-            if triangle < call.triangle_capacity {
-                let corners = triangle_of(t, case_byte, vec3<u32>(x, y, z), brick, slot);
-                indices[3u * triangle] = corners.x;
-                indices[3u * triangle + 1u] = corners.y;
-                indices[3u * triangle + 2u] = corners.z;
-            }
-            triangle++;
-        }
-    }
+    write_triangles(slot, brick, origin, row);
 }

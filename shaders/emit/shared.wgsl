@@ -33,13 +33,7 @@ fn emit_vertices(
         }
         let edge = brick_edges[k];
         let vertex = make_vertex(slot, origin, vec4<u32>(edge & 7u, (edge >> 5u) & 7u, edge >> 8u, (edge >> 3u) & 3u));
-        let out = 6u * place;
-        vertices[out] = vertex.position.x;
-        vertices[out + 1u] = vertex.position.y;
-        vertices[out + 2u] = vertex.position.z;
-        vertices[out + 3u] = vertex.normal.x;
-        vertices[out + 4u] = vertex.normal.y;
-        vertices[out + 5u] = vertex.normal.z;
+        write_vertex(place, vertex);
     }
     report_runaway();
 }
@@ -65,33 +59,14 @@ fn emit_indices(
     let slot = select(call.first_slot, live_slot, live);
     let brick = active_list[slot];
     let origin = brick_origin(brick);
-    let y = row % 8u;
-    let z = row / 8u;
     if live {
         let word = records[slot].rows[row];
         own_edges[row] = word & 0xffffffu;
-        own_first[row] = params.first_vertices.x + offsets[slot].x + (records[slot].planes[z] & 0xffffu) + (word >> 24u);
+        own_first[row] = params.first_vertices.x + offsets[slot].x + (records[slot].planes[row / 8u] & 0xffffu) + (word >> 24u);
     }
     load_rows(slot, origin, row, live);
     if !live {
         return;
     }
-    let in_plane = (records[slot].triangles[row / 2u] >> (16u * (row & 1u))) & 0xffffu;
-    var triangle = params.first_triangle + offsets[slot].y + (records[slot].planes[z] >> 16u) + in_plane;
-    triangle -= params.triangle_window;
-    let bits = rows_at(slot, origin, y, z);
-    for (var mixed = mixed_cells(bits, row_shape(origin, y, z)); mixed != 0u; mixed &= mixed - 1u) {
-        let x = countTrailingZeros(mixed);
-        let case_byte = cell_case(bits, x);
-        let count = table_words(case_byte).x & 15u;
-        for (var t = 0u; t < count; t++) {
-            if triangle < call.triangle_capacity {
-                let corners = triangle_of(t, case_byte, vec3<u32>(x, y, z), brick, slot);
-                indices[3u * triangle] = corners.x;
-                indices[3u * triangle + 1u] = corners.y;
-                indices[3u * triangle + 2u] = corners.z;
-            }
-            triangle++;
-        }
-    }
+    write_triangles(slot, brick, origin, row);
 }
