@@ -5,9 +5,8 @@
 @group(0) @binding(6) var<storage, read> active_list: array<u32>;
 @group(0) @binding(8) var<storage, read_write> records: array<BrickRecord>;
 @group(0) @binding(9) var<storage, read_write> counts: array<vec2<u32>>;
-@group(0) @binding(10) var<storage, read> table: array<vec2<u32>, 256>;
 
-// Vertices and triangles before each row.
+// Before each row: vertices on edges; triangles, and in the upper half vertices within cells.
 var<workgroup> before_rows: array<vec2<u32>, 64>;
 
 @compute @workgroup_size(64)
@@ -32,7 +31,9 @@ fn classify(
         edges = crossed_edges(bits, shape);
         own.x = countOneBits(edges);
         for (var mixed = mixed_cells(bits, shape); mixed != 0u; mixed &= mixed - 1u) {
-            own.y += table_words(cell_case(bits, countTrailingZeros(mixed))).x & 15u;
+            let x = countTrailingZeros(mixed);
+            let entry = cell_entry(slot, origin, vec3<u32>(x, y, z), cell_case(bits, x));
+            own.y += triangle_count(entry) | (centre_count(entry) << 16u);
         }
         if COUNTS_NON_FINITE && slot < work.own_active {
             let odd = not_finite_at(slot, origin, y, z, shape.owned);
@@ -43,6 +44,7 @@ fn classify(
     }
     let before = group_before(lane, own);
     before_rows[row] = before;
+    note_centres(row, own.y >> 16u);
     workgroupBarrier();
     if !live {
         return;
@@ -50,12 +52,14 @@ fn classify(
     let in_plane = before - before_rows[row & 56u];
     records[slot].rows[row] = edges | (in_plane.x << 24u);
     if (row & 1u) == 0u {
-        records[slot].triangles[row / 2u] = in_plane.y | ((in_plane.y + own.y) << 16u);
+        let centres = centres_noted(row) | (centres_noted(row + 1u) << 16u);
+        records[slot].triangles[row / 2u] = (in_plane.y & 0xffffu) | ((in_plane.y + own.y) << 16u) | (centres << 11u);
     }
     if y == 0u {
         records[slot].planes[z] = before.x | (before.y << 16u);
     }
     if row == 63u {
-        counts[slot] = before + own;
+        let all = before + own;
+        counts[slot] = vec2<u32>(all.x + (all.y >> 16u), all.y & 0xffffu);
     }
 }

@@ -9,7 +9,6 @@
 @group(0) @binding(8) var<storage, read> records: array<BrickRecord>;
 // First vertex and triangle of each slot, within the slab.
 @group(0) @binding(9) var<storage, read> offsets: array<vec2<u32>>;
-@group(0) @binding(10) var<storage, read> table: array<vec2<u32>, 256>;
 @group(0) @binding(13) var<storage, read_write> vertices: array<f32>;
 @group(0) @binding(14) var<storage, read_write> indices: array<u32>;
 @group(0) @binding(15) var<storage, read_write> header: MeshHeader;
@@ -71,13 +70,7 @@ fn write_vertex(place: u32, vertex: Vertex) {
 // Number of the vertex on edge `edge` of the cell whose lowest corner is point `cell` of the brick.
 fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32, slot: u32) -> u32 {
     let axis = edge >> 2u;
-    let one = edge & 1u;
-    let two = (edge >> 1u) & 1u;
-    let owner = cell + vec3<u32>(
-        select(one, 0u, axis == 0u),
-        select(select(two, 0u, axis == 1u), one, axis == 0u),
-        select(two, 0u, axis == 2u),
-    );
+    let owner = cell + lower_corner(edge);
     // 1 where the owner lies in the next brick along an axis.
     let next = owner >> vec3<u32>(3u);
     let p = owner & vec3<u32>(7u);
@@ -92,45 +85,82 @@ fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32, slot: u32) -> u32 {
     return params.first_vertices[next.y + 2u * next.z] + offsets[there].x + before;
 }
 
-// The three vertices of triangle `t` of a cell whose corners make the case.
-fn triangle_of(t: u32, case_byte: u32, cell: vec3<u32>, brick: u32, slot: u32) -> vec3<u32> {
-    let words = table_words(case_byte);
-    // Behind the count, four bits an edge.
-    let shift = 4u + 12u * t;
-    var edges = words.x >> min(shift, 31u);
-    if shift >= 32u {
-        edges = words.y >> (shift - 32u);
-    } else if shift > 20u {
-        edges |= words.y << (32u - shift);
+// Number of the vertex at a corner of a triangle; `centre` is that of the cell's first one within.
+fn corner_vertex(corner: u32, cell: vec3<u32>, brick: u32, slot: u32, centre: u32) -> u32 {
+    if HAS_CENTRES && corner >= 12u {
+        return centre - (corner - 12u);
     }
-    let a = vertex_on(edges & 15u, cell, brick, slot);
-    let b = vertex_on((edges >> 4u) & 15u, cell, brick, slot);
-    let c = vertex_on((edges >> 8u) & 15u, cell, brick, slot);
+    return vertex_on(corner, cell, brick, slot);
+}
+
+// The three vertices of triangle `t` of a cell.
+fn triangle_of(t: u32, entry: u32, cell: vec3<u32>, brick: u32, slot: u32, centre: u32) -> vec3<u32> {
+    let corners = triangle_corners(entry, t);
+    let a = corner_vertex(corners & 15u, cell, brick, slot, centre);
+    let b = corner_vertex((corners >> 4u) & 15u, cell, brick, slot, centre);
+    let c = corner_vertex((corners >> 8u) & 15u, cell, brick, slot, centre);
     return select(vec3<u32>(a, b, c), vec3<u32>(a, c, b), params.mirrored == 1u);
+}
+
+// How many vertices lie within the cells of a row.
+fn centres_of_row(slot: u32, row: u32) -> u32 {
+    return (records[slot].triangles[row / 2u] >> (16u * (row & 1u) + 11u)) & 31u;
+}
+
+// Number of a row's first vertex within a cell: they are counted backwards from the brick's last vertex.
+fn first_centre(slot: u32, row: u32) -> u32 {
+    var before = 0u;
+    for (var i = 0u; i < row; i++) {
+        before += centres_of_row(slot, i);
+    }
+    return params.first_vertices.x + offsets[slot + 1u].x - 1u - before;
+}
+
+// How many vertices lie on edges that the brick owns: its first ones.
+fn edge_vertices(slot: u32) -> u32 {
+    let last = records[slot].rows[63];
+    return (records[slot].planes[7] & 0xffffu) + (last >> 24u) + countOneBits(last & 0xffffffu);
 }
 
 // The triangles of a row's cells, as far as the window has room.
 fn write_triangles(slot: u32, brick: u32, origin: vec3<u32>, row: u32) {
     let y = row % 8u;
     let z = row / 8u;
-    let in_plane = (records[slot].triangles[row / 2u] >> (16u * (row & 1u))) & 0xffffu;
+    let in_plane = (records[slot].triangles[row / 2u] >> (16u * (row & 1u))) & 0x7ffu;
     var triangle = params.first_triangle + offsets[slot].y + (records[slot].planes[z] >> 16u) + in_plane;
     triangle -= params.triangle_window;
+    var centre = 0u;
+    if HAS_CENTRES && centres_of_row(slot, row) > 0u {
+        centre = first_centre(slot, row);
+    }
     let bits = rows_at(slot, origin, y, z);
     for (var mixed = mixed_cells(bits, row_shape(origin, y, z)); mixed != 0u; mixed &= mixed - 1u) {
-        let x = countTrailingZeros(mixed);
-        let case_byte = cell_case(bits, x);
-        let count = table_words(case_byte).x & 15u;
+        let cell = vec3<u32>(countTrailingZeros(mixed), y, z);
+        let entry = cell_entry(slot, origin, cell, cell_case(bits, cell.x));
+        let count = triangle_count(entry);
         for (var t = 0u; t < count; t++) {
             if triangle < call.triangle_capacity {
-                let corners = triangle_of(t, case_byte, vec3<u32>(x, y, z), brick, slot);
+                let corners = triangle_of(t, entry, cell, brick, slot, centre);
                 indices[3u * triangle] = corners.x;
                 indices[3u * triangle + 1u] = corners.y;
                 indices[3u * triangle + 2u] = corners.z;
             }
             triangle++;
         }
+        centre -= centre_count(entry);
     }
+}
+
+// The lower end of an edge of a cell.
+fn lower_corner(edge: u32) -> vec3<u32> {
+    let axis = edge >> 2u;
+    let one = edge & 1u;
+    let two = (edge >> 1u) & 1u;
+    return vec3<u32>(
+        select(one, 0u, axis == 0u),
+        select(select(two, 0u, axis == 1u), one, axis == 0u),
+        select(two, 0u, axis == 2u),
+    );
 }
 
 // The totals of the slab's own bricks, and the mesh header (`MeshHeader` in src/gpu/mesh.rs): draw

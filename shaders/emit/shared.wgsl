@@ -25,7 +25,7 @@ fn emit_vertices(
     }
     let origin = brick_origin(active_list[slot]);
     let first = offsets[slot].x;
-    let count = offsets[slot + 1u].x - first;
+    let count = edge_vertices(slot);
     for (var k = lane; k < count; k += LANES) {
         let place = params.first_vertices.x + first + k - params.vertex_window;
         if place >= call.vertex_capacity {

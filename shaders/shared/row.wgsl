@@ -52,9 +52,3 @@ fn cell_case(bits: vec4<u32>, x: u32) -> u32 {
     let pairs = (bits >> vec4<u32>(x)) & vec4<u32>(3u);
     return pairs.x | (pairs.y << 2u) | (pairs.z << 4u) | (pairs.w << 6u);
 }
-
-// A case's two packed words (src/table.rs). They lie in a storage buffer, since invocations look up different cases, which
-// uniform memory serves one after another.
-fn table_words(case_byte: u32) -> vec2<u32> {
-    return table[case_byte];
-}

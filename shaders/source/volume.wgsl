@@ -51,3 +51,23 @@ fn outward_vector(origin: vec3<u32>, local: vec3<u32>, axis: vec3<u32>, t: f32, 
     let g = a + (b - a) * t;
     return ((params.outward_x * g.x + params.outward_y * g.y) + params.outward_z * g.z) * call.outward_sign;
 }
+
+fn between(a: vec3<f32>, b: vec3<f32>, t: f32) -> vec3<f32> {
+    return a + (b - a) * t;
+}
+
+// Gradients of two rows of a cell's corners along x, interpolated.
+fn gradient_in_plane(lowest: vec3<u32>, within: vec3<f32>) -> vec3<f32> {
+    let low = between(volume_gradient(lowest), volume_gradient(lowest + vec3<u32>(1u, 0u, 0u)), within.x);
+    let next = lowest + vec3<u32>(0u, 1u, 0u);
+    let high = between(volume_gradient(next), volume_gradient(next + vec3<u32>(1u, 0u, 0u)), within.x);
+    return between(low, high, within.y);
+}
+
+// Outward vector, not yet of unit length, at a place within the cell with that lowest corner: gradients at its corners,
+// interpolated as the samples are.
+fn outward_within(lowest: vec3<u32>, within: vec3<f32>, position: vec3<f32>) -> vec3<f32> {
+    let low = gradient_in_plane(lowest, within);
+    let g = between(low, gradient_in_plane(lowest + vec3<u32>(0u, 0u, 1u), within), within.z);
+    return ((params.outward_x * g.x + params.outward_y * g.y) + params.outward_z * g.z) * call.outward_sign;
+}

@@ -260,6 +260,8 @@ pub struct MethodArgs {
 pub enum MethodArg {
     /// Marching cubes on the uniform grid
     Mc,
+    /// Marching cubes on the uniform grid with the topology of the trilinear interpolant in every cell
+    Mc33,
     /// Polygons of an octree's cells (Bloomenthal), closed between cells of different sizes
     Octree,
     /// Dual contouring of an octree whose smallest cells are the grid's: fewer triangles where the surface is flat, sharp

@@ -44,7 +44,8 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let Opened { loaded, notes, camera, refine } = source::load(&args.source, &args.raw, memory_budget)?;
     let read = start.elapsed().as_secs_f64();
     notes.iter().for_each(|note| remark(note));
-    let options = loaded.options(&args.source, memory_budget)?;
+    let method = args.method.method.of_cells().unwrap_or_default();
+    let options = Options { method, ..loaded.options(&args.source, memory_budget)? };
     let source = loaded.source();
     let wanted = args.method.refine.as_ref();
     let settings =
@@ -228,7 +229,7 @@ impl Job<'_> {
             _ if args.method.sharp => self.sharp(),
             MethodArg::Dmc => self.dual_marching_cubes(),
             MethodArg::Octree => self.octree(),
-            MethodArg::Mc => {
+            MethodArg::Mc | MethodArg::Mc33 => {
                 let (mesh, report) =
                     extract_on_cpu(&self.loaded.source(), self.options, &|part| self.progress.set(part))
                         .map_err(Failure::run)?;

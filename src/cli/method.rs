@@ -6,7 +6,7 @@ use super::source::Loaded;
 use super::values::RefineArg;
 use super::watchdog::{EXTRACTING, Watchdog};
 use super::{Failure, backend};
-use crate::extract::{Extractor, Options, Report};
+use crate::extract::{Extractor, Method, Options, Report};
 use crate::field::{Field, Sense, Surface};
 use crate::gpu::{Gpu, GpuMesh};
 use crate::grid::Grid;
@@ -25,10 +25,21 @@ const TOLD: usize = 5;
 /// Bytes that a triangle takes while a mesh is refined, about: the mesh before and after, edges, marks, searches.
 const REFINED_BYTES: u64 = 300;
 
+impl MethodArg {
+    /// How the cells of the uniform grid become triangles, of the methods that go over it.
+    pub fn of_cells(self) -> Option<Method> {
+        match self {
+            Self::Mc => Some(Method::MarchingCubes),
+            Self::Mc33 => Some(Method::Mc33),
+            Self::Octree | Self::Dmc => None,
+        }
+    }
+}
+
 impl MethodArgs {
-    /// Whether vertices are marching cubes', on edges of the grid.
-    fn is_mc(&self) -> bool {
-        !self.sharp && self.method == MethodArg::Mc
+    /// Whether the stages of the uniform grid do it.
+    fn is_sweep(&self) -> bool {
+        !self.sharp && self.method.of_cells().is_some()
     }
 
     /// The flag that asks for what only the CPU does.
@@ -36,7 +47,7 @@ impl MethodArgs {
         match self.method {
             MethodArg::Dmc => Some("--method dmc"),
             MethodArg::Octree => Some("--method octree"),
-            MethodArg::Mc => self.sharp.then_some("--sharp"),
+            MethodArg::Mc | MethodArg::Mc33 => self.sharp.then_some("--sharp"),
         }
     }
 }
@@ -51,13 +62,13 @@ pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
             "is of the uniform grid: leave it or --method out (dmc keeps edges by itself)",
         ),
         (
-            of.track && !of.is_mc(),
+            of.track && !of.is_sweep(),
             "--track",
-            "follows marching cubes alone: leave it or the other method out",
+            "follows cells of the uniform grid: leave it or the other method out",
         ),
-        (of.error.is_some() && of.method == MethodArg::Mc, "--error", "is of --method dmc and octree"),
+        (of.error.is_some() && of.method.of_cells().is_some(), "--error", "is of --method dmc and octree"),
         (
-            of.most_cells.is_some() && of.method == MethodArg::Mc,
+            of.most_cells.is_some() && of.method.of_cells().is_some(),
             "--most-cells",
             "is of --method dmc and octree",
         ),
@@ -69,7 +80,7 @@ pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
         return Err(Failure::usage(format!("{flag} is done by the CPU: leave out --backend gpu")));
     }
     let differences = matches!(args.source.normals, Some(NormalsArg::Forward | NormalsArg::Central));
-    if differences && !(of.is_mc() && of.refine.is_none()) {
+    if differences && !(of.is_sweep() && of.refine.is_none()) {
         return Err(Failure::usage(
             "--normals: with --refine, --sharp and --method normals are exact, or central differences where a field has no gradient: leave it out",
         ));

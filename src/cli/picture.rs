@@ -1,7 +1,7 @@
 //! Drawing the mesh into a file.
 
 use super::Failure;
-use super::args::{ExtractArgs, MethodArg, PictureArgs};
+use super::args::{ExtractArgs, PictureArgs};
 use super::watchdog::{DRAWING, Watchdog};
 use crate::gpu::{Gpu, GpuMesh};
 use crate::mesh::Mesh;
@@ -69,7 +69,7 @@ pub fn draw_gpu(
 /// From which angle on edges are drawn sharp, if any are: vertices of the methods beside the plain sweep lie on edges.
 pub fn crease(args: &ExtractArgs) -> Option<f32> {
     let method = &args.method;
-    let has_edges = method.refine.is_some() || method.sharp || method.method != MethodArg::Mc;
+    let has_edges = method.refine.is_some() || method.sharp || method.method.of_cells().is_none();
     args.picture.crease.or(has_edges.then_some(CREASE)).filter(|degrees| *degrees < 180.0)
 }
 

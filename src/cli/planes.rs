@@ -1,7 +1,7 @@
 //! `isoforge extract` of a volume that is larger than the memory budget: from file to file, a part at a time.
 
 use super::Failure;
-use super::args::{Backend, ExtractArgs, MethodArg};
+use super::args::{Backend, ExtractArgs};
 use super::extract::{Finished, summary};
 use super::progress::Progress;
 use super::source;
@@ -66,7 +66,8 @@ pub fn run(
         remark(&text);
     }
     let sense = args.source.inside.map(Into::into);
-    let settings = Options { sense, memory_budget, ..Options::new(iso) };
+    let method = args.method.method.of_cells().unwrap_or_default();
+    let settings = Options { sense, method, memory_budget, ..Options::new(iso) };
     progress.phase("extracting");
     let report =
         extract_planes(&mut planes, &settings, output, &|part| progress.set(part)).map_err(Failure::run)?;
@@ -113,7 +114,7 @@ fn obstacle(args: &ExtractArgs) -> Option<&'static str> {
         (of.refine.is_some(), "--refine needs the whole mesh"),
         (of.sharp, "--sharp needs the whole volume"),
         (of.track, "--track needs the whole volume"),
-        (of.method != MethodArg::Mc, "--method dmc and octree need the whole volume"),
+        (of.method.of_cells().is_none(), "--method dmc and octree need the whole volume"),
         (args.run.backend == Backend::Gpu, "--backend gpu needs the whole volume"),
         (args.output.is_none(), "no file is named for the mesh"),
         (

@@ -1,14 +1,15 @@
 //! What the CPU path is made of: the twins of every stage on all cores, bricks by tasks.
 
-use super::{ExtractError, Options, STAGES, Source, check, stage_index as at};
+use super::{ExtractError, Method, Options, STAGES, Source, check, stage_index as at};
 use crate::field::differences::Normals;
 use crate::field::{Field, NoForm, Sense};
 use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
-use crate::stage::classify::cpu::classify;
+use crate::stage::classify::cpu::{classify, classify_mc33};
 use crate::stage::cull::bounds::BlockFields;
 use crate::stage::emit::cpu::{
-    Beside, EdgeNumbers, Gradients, Nearby, emit_field_vertices, emit_indices, emit_volume_vertices,
+    Beside, EdgeNumbers, Gradients, Nearby, NormalsOf, emit_centres, emit_field_vertices, emit_indices,
+    emit_indices_mc33, emit_volume_vertices,
 };
 use crate::stage::inside::Inside;
 use crate::stage::normals::cpu::{add_neighbours, average};
@@ -39,6 +40,7 @@ pub(crate) struct Job<'a> {
     pub(crate) source: Source<'a>,
     pub(crate) params: Params,
     pub(crate) inside: Inside,
+    method: Method,
     normals: Normals,
     memory_budget: u64,
     /// Bytes that the caller holds beside the records and the mesh.
@@ -56,6 +58,7 @@ impl<'a> Job<'a> {
             source: *source,
             params: Params::new(source.grid(), options.iso, sense).with_normals(options.normals),
             inside: Inside::new(options.iso, sense),
+            method: options.method,
             normals: options.normals,
             memory_budget: options.memory_budget,
             held_bytes: 0,
@@ -70,6 +73,7 @@ impl<'a> Job<'a> {
             source: Source::Volume(window),
             params,
             inside: Inside::new(options.iso, sense),
+            method: options.method,
             normals: options.normals,
             memory_budget: options.memory_budget,
             held_bytes: 0,
@@ -81,6 +85,14 @@ impl<'a> Job<'a> {
     pub(crate) fn budget(&self, what: &'static str, bytes: usize) -> Result<(), ExtractError> {
         let (needed, budget) = ((self.held_bytes + bytes) as u64, self.memory_budget);
         if needed > budget { Err(ExtractError::Budget { what, needed, budget }) } else { Ok(()) }
+    }
+
+    #[inline(always)]
+    fn classify_brick(&self, samples: &Samples<'_>, record: &mut BrickRecord) -> [u32; 2] {
+        match self.method {
+            Method::MarchingCubes => classify(&MARCHING_CUBES, self.inside, samples, record),
+            Method::Mc33 => classify_mc33(&MARCHING_CUBES, self.params.iso, self.inside, samples, record),
+        }
     }
 
     /// Samples and classifies bricks, and keeps those with surface. `look` sees the samples of each.
@@ -95,7 +107,7 @@ impl<'a> Job<'a> {
             let samples = self.samples(&bricks[i..], &mut sampler)?;
             look(brick, &samples);
             let mut record = BrickRecord::zeroed();
-            let count = classify(&MARCHING_CUBES, self.inside, &samples, &mut record);
+            let count = self.classify_brick(&samples, &mut record);
             if matches!(self.source, Source::Field(..)) {
                 kept.non_finite += samples.owned_non_finite();
             }
@@ -155,7 +167,7 @@ impl<'a> Job<'a> {
             |sampler, (bricks, (records, counts))| {
                 for ((brick, record), count) in bricks.iter().zip(records).zip(counts) {
                     let samples = self.samples(std::slice::from_ref(brick), sampler)?;
-                    *count = classify(&MARCHING_CUBES, self.inside, &samples, record);
+                    *count = self.classify_brick(&samples, record);
                 }
                 done.add(bricks.len());
                 Ok::<(), NoForm>(())
@@ -245,18 +257,43 @@ impl<'a> Job<'a> {
         let (params, inside, brick) = (&self.params, self.inside, bricks[slot]);
         let samples = self.samples(next, sampler)?;
         let beside = Beside::new(nearby, bricks, records, counts, slot);
-        emit_indices(params, &MARCHING_CUBES, inside, &samples, &beside, numbers, triangles);
+        match self.method {
+            Method::MarchingCubes => {
+                emit_indices(params, &MARCHING_CUBES, inside, &samples, &beside, numbers, triangles);
+            }
+            Method::Mc33 => {
+                let end = counts[slot + 1][0];
+                emit_indices_mc33(
+                    params,
+                    &MARCHING_CUBES,
+                    inside,
+                    &samples,
+                    &beside,
+                    numbers,
+                    end,
+                    triangles,
+                );
+            }
+        }
         let (origin, record) = (params.brick_origin(brick), &records[slot]);
-        match self.source {
+        let (vertices, centres) = vertices.split_at_mut(record.edge_vertices() as usize);
+        let (of_centres, mut marked) = match self.source {
             Source::Field(whole, _) => {
                 let here = self.fields.field_in(params, brick, whole);
                 let field = Gradients { normals: self.normals, here, whole };
-                emit_field_vertices(params, inside, &field, origin, &samples, record, vertices)
+                let marked = emit_field_vertices(params, inside, &field, origin, &samples, record, vertices)?;
+                (NormalsOf::Field(field), marked)
             }
             Source::Volume(volume) => {
-                Ok(emit_volume_vertices(params, inside, volume.values(), origin, record, vertices))
+                let values = volume.values();
+                let marked = emit_volume_vertices(params, inside, values, origin, record, vertices);
+                (NormalsOf::Volume(values), marked)
             }
+        };
+        if !centres.is_empty() {
+            marked |= emit_centres(params, inside, of_centres, origin, &samples, record, centres)?;
         }
+        Ok(marked)
     }
 
     /// The samples of the first of `bricks`: where they lie in a volume, or evaluated.

@@ -1,12 +1,32 @@
 //! Recording the stages of one slab into a command encoder.
 
 use super::plan::Slab;
-use super::workspace::Workspace;
+use super::workspace::{MethodKernels, Workspace};
 use super::{ExtractError, Extractor, Options, stage_index as at};
-use crate::gpu::kernel::{Bindings, Kernel, binding as b};
-use crate::gpu::{GpuMesh, Settings, Timer};
+use crate::gpu::kernel::{Bindings, binding as b};
+use crate::gpu::{GpuError, GpuMesh, Settings, Timer};
 use crate::mesh::Vertex;
+use crate::stage::emit::Vertices;
 use crate::stage::params::{Params, Work};
+
+/// The kernels of a run that depend on its options.
+#[derive(Clone, Copy)]
+pub(crate) struct RunKernels<'a> {
+    method: &'a MethodKernels,
+    vertices: &'a Vertices,
+}
+
+impl<'a> RunKernels<'a> {
+    /// Those of runs in `space`, compiled where it is the first such run.
+    pub(crate) fn new(
+        extractor: &Extractor,
+        space: &'a Workspace,
+        options: &Options,
+    ) -> Result<Self, GpuError> {
+        let vertices = space.kernels.vertices(&extractor.gpu, options)?;
+        Ok(Self { method: space.kernels.of(&extractor.gpu, options.method)?, vertices })
+    }
+}
 
 /// The buffers that emit writes, and the windows of them that are bound.
 pub(super) struct Target<'a> {
@@ -69,13 +89,13 @@ impl Extractor {
         let capacity = [mesh.vertex_capacity, mesh.triangle_capacity];
         self.fits(capacity, self.gpu.device.limits().max_storage_buffer_binding_size)?;
         let target = Target { mesh, window: [0; 2], capacity, first_vertices: [0; 4], first_triangle: 0 };
-        let vertices = space.kernels.emit.vertices(&self.gpu, options.normals)?;
+        let kernels = RunKernels::new(self, space, options)?;
         space.groups.are_of([&mesh.vertices, &mesh.indices, &mesh.header]);
         self.gpu.guarded("recording", 0, || {
-            self.encode_count(space, encoder, options, slab, Some(&target), timer);
-            self.encode_emit(space, encoder, options, slab, (&target, vertices), timer);
+            self.encode_count(space, encoder, options, slab, (Some(&target), kernels), timer);
+            self.encode_emit(space, encoder, options, slab, (&target, kernels), timer);
             if !space.is_volume {
-                self.encode_header(space, encoder, options, slab, &target);
+                self.encode_header(space, encoder, options, slab, (&target, kernels));
             }
             self.encode_normals(space, encoder, options, slab, &target);
         })?;
@@ -89,7 +109,7 @@ impl Extractor {
         encoder: &mut wgpu::CommandEncoder,
         options: &Options,
         slab: Slab,
-        target: &Target<'_>,
+        (target, kernels): (&Target<'_>, RunKernels<'_>),
     ) {
         let [vertex_capacity, triangle_capacity] = target.capacity;
         let params = Params { vertex_capacity, triangle_capacity, ..space.params(options, slab) };
@@ -97,7 +117,7 @@ impl Extractor {
         let mut bindings = space.bindings(self, &settings);
         bindings.set(b::HEADER, &target.mesh.header);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        space.kernels.emit.encode_totals(&self.gpu, &mut pass, &bindings);
+        kernels.method.emit.encode_totals(&self.gpu, &mut pass, &bindings);
     }
 
     /// cull, sample, classify, scan: everything up to the totals.
@@ -107,7 +127,7 @@ impl Extractor {
         encoder: &mut wgpu::CommandEncoder,
         options: &Options,
         slab: Slab,
-        target: Option<&Target<'_>>,
+        (target, kernels): (Option<&Target<'_>>, RunKernels<'_>),
         timer: &mut Timer,
     ) {
         let gpu = &self.gpu;
@@ -139,13 +159,13 @@ impl Extractor {
             let bindings = space.bindings(self, &settings);
             let offset = 24 * u64::from(batch);
             // Emit of several batches takes the samples once more, and the tracker has taken them before.
-            let sampling = space.kernels.classify_sampling.as_ref();
+            let sampling = kernels.method.classify_sampling.as_ref();
             let sampling = sampling.filter(|_| space.plan.batches == 1 && !space.is_marked);
             if sampling.is_none() {
                 self.encode_sample(space, encoder, &bindings, offset, timer);
             }
             let mut pass = timer.pass(encoder, "classify", at::CLASSIFY);
-            let classify = sampling.unwrap_or(&space.kernels.classify);
+            let classify = sampling.unwrap_or(&kernels.method.classify);
             classify.encode(gpu, &mut pass, &bindings, &space.dispatches, offset);
         }
         let mut pass = timer.pass(encoder, "scan", at::SCAN);
@@ -154,7 +174,7 @@ impl Extractor {
         if let Some(target) = target {
             with_header.set(b::HEADER, &target.mesh.header);
         }
-        space.kernels.emit.encode_totals(gpu, &mut pass, &with_header);
+        kernels.method.emit.encode_totals(gpu, &mut pass, &with_header);
     }
 
     fn encode_sample(
@@ -177,7 +197,7 @@ impl Extractor {
         encoder: &mut wgpu::CommandEncoder,
         options: &Options,
         slab: Slab,
-        (target, vertices): (&Target<'_>, &Kernel),
+        (target, kernels): (&Target<'_>, RunKernels<'_>),
         timer: &mut Timer,
     ) {
         let mut params = space.params(options, slab);
@@ -198,7 +218,8 @@ impl Extractor {
                 self.encode_sample(space, encoder, &bindings, offset, timer);
             }
             let mut pass = timer.pass(encoder, "emit", at::EMIT);
-            space.kernels.emit.encode(&self.gpu, &mut pass, &bindings, vertices, (&space.dispatches, offset));
+            let to = (&space.dispatches, offset);
+            kernels.method.emit.encode(&self.gpu, &mut pass, &bindings, kernels.vertices, to);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The GPU path: [`Extractor`] holds the pipelines, [`Workspace`] the buffers for one source, and
 //! [`Options`] the cheap settings of a call.
 
-use super::encode::Target;
+use super::encode::{RunKernels, Target};
 use super::plan::{Limits, Most, Plan, RECORD_BYTES, Slab};
 use super::workspace::{SourceKernels, Workspace};
 use super::{ExtractError, Options, Source, check};
@@ -13,7 +13,7 @@ use crate::stage::cull::Cull;
 use crate::stage::normals::Normals;
 use crate::stage::scan::{Scan, Scanned};
 use crate::stage::shaders::Samples;
-use crate::table::MARCHING_CUBES;
+use crate::table::mc33::MC33;
 use crate::volume::Scalar;
 use std::sync::Arc;
 use std::time::Instant;
@@ -47,8 +47,9 @@ impl Extractor {
     /// # Errors
     /// [`ExtractError::Gpu`].
     pub fn new(gpu: Gpu) -> Result<Self, ExtractError> {
-        let table = gpu.buffer("table", 2048, U::STORAGE | U::COPY_DST)?;
-        gpu.write(&table, bytemuck::cast_slice(MARCHING_CUBES.words()))?;
+        let words = MC33.words();
+        let table = gpu.buffer("table", size_of_val(words) as u64, U::STORAGE | U::COPY_DST)?;
+        gpu.write(&table, bytemuck::cast_slice(words))?;
         Ok(Self {
             cull: Cull::new(&gpu)?,
             scan_map: Scan::new(&gpu, Scanned::Map)?,
@@ -142,7 +143,7 @@ impl Extractor {
                 (self.field_kernels(&wgsl)?, wgsl.data)
             }
         };
-        kernels.emit.vertices(gpu, options.normals)?;
+        kernels.vertices(gpu, options)?;
         let data_bytes = size_of_val(&*data) as u64;
         if data_bytes > binding {
             let adapter = gpu.info.name.clone();
@@ -228,12 +229,13 @@ impl Extractor {
         let space = self.prepare(&Source::Field(*field, coarse), u64::MAX)?;
         let slab = space.plan.slab(0);
         let options = Options { cull: false, ..Options::new(0.0) };
+        let kernels = RunKernels::new(self, &space, &options)?;
         let params = self.settings(&space, &space.params(&options, slab));
         let (bytes, usage) = (8 * u64::from(slab.bricks()), U::STORAGE | U::COPY_SRC);
         let ranges = self.gpu.buffer("brick ranges", bytes, usage)?;
         self.gpu.guarded("value range", 0, || {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            self.encode_count(&space, &mut encoder, &options, slab, None, &mut Timer::off());
+            self.encode_count(&space, &mut encoder, &options, slab, (None, kernels), &mut Timer::off());
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             let mut bindings = space.bindings(self, &params);
             bindings.set(b::RANGES, &ranges);

@@ -86,12 +86,30 @@ impl Source<'_> {
     }
 }
 
+/// How the cells of the uniform grid become triangles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub enum Method {
+    /// Marching cubes (Lorensen & Cline 1987) by a table whose faces agree: closed and manifold.
+    #[default]
+    MarchingCubes,
+    /// Its topologically correct form: in each cell the mesh is what the trilinear interpolant of the samples is
+    /// (Chernyaev 1995, with vertices within the cell where one is needed).
+    Mc33,
+}
+
+impl Method {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 2] = [Self::MarchingCubes, Self::Mc33];
+}
+
 /// The settings of one extraction; changing them uploads nothing, and compiles nothing but the kernel of another
 /// kind of normals when it is first asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// The iso value, in the units of the samples.
     pub iso: f32,
+    /// How cells become triangles.
+    pub method: Method,
     /// Which side is inside, where it is not the source's own sense.
     pub sense: Option<Sense>,
     /// What the normals of a field come from; those of a volume are differences of its samples.
@@ -105,7 +123,14 @@ pub struct Options {
 impl Options {
     /// The settings for an iso value, with all of memory.
     pub fn new(iso: f32) -> Self {
-        Self { iso, sense: None, normals: Normals::Exact, cull: true, memory_budget: u64::MAX }
+        Self {
+            iso,
+            method: Method::default(),
+            sense: None,
+            normals: Normals::Exact,
+            cull: true,
+            memory_budget: u64::MAX,
+        }
     }
 
     /// Whether the numbers make sense.

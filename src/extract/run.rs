@@ -1,6 +1,6 @@
 //! One extraction on the GPU: counting slab by slab, one allocation of the whole mesh, emitting.
 
-use super::encode::Target;
+use super::encode::{RunKernels, Target};
 use super::plan::{self, Most, Plan, RECORD_BYTES, Slab};
 use super::workspace::Workspace;
 use super::{ExtractError, Extractor, Options, Report, STAGES, Source, check, stage_index as at};
@@ -177,6 +177,7 @@ impl Extractor {
         check(source, options)?;
         self.set_source(space, source)?;
         let gpu = &self.gpu;
+        let kernels = RunKernels::new(self, space, options)?;
         let slabs = space.plan.slab_count();
         let cut = slabs > 1;
         let mut seconds = [None; STAGES.len()];
@@ -196,7 +197,7 @@ impl Extractor {
             }
             gpu.guarded("extraction", space.plan.bytes, || {
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                self.encode_count(space, &mut encoder, options, slab, None, &mut timer);
+                self.encode_count(space, &mut encoder, options, slab, (None, kernels), &mut timer);
                 encoder.copy_buffer_to_buffer(
                     &space.work,
                     0,
@@ -229,7 +230,6 @@ impl Extractor {
             return Ok(Run::Short { mesh: mesh_bytes, read });
         }
         let mesh = GpuMesh::with_capacity(gpu, total[0], total[1])?;
-        let vertices = space.kernels.emit.vertices(gpu, options.normals)?;
         let mut is_marked = false;
         for (slab, place) in space.plan.slabs().zip(&places) {
             if place.count != [0; 2] {
@@ -239,13 +239,13 @@ impl Extractor {
                 gpu.guarded("extraction", space.plan.bytes, || {
                     let mut encoder = gpu.device.create_command_encoder(&Default::default());
                     if cut {
-                        self.encode_count(space, &mut encoder, options, slab, None, &mut timer);
+                        self.encode_count(space, &mut encoder, options, slab, (None, kernels), &mut timer);
                     }
                     let target = Target {
                         first_vertices: first_vertices(&space.plan, slab, &works, &places),
                         ..target(&mesh, place)
                     };
-                    self.encode_emit(space, &mut encoder, options, slab, (&target, vertices), &mut timer);
+                    self.encode_emit(space, &mut encoder, options, slab, (&target, kernels), &mut timer);
                     gpu.queue.submit([encoder.finish()]);
                 })?;
                 timer.collect(gpu, &mut seconds)?;

@@ -1,8 +1,8 @@
 //! The buffers for extracting one source on the GPU, and the kernels that depend on the source.
 
 use super::plan::{Plan, Slab};
-use super::{Extractor, Options, Source};
-use crate::field::PARAMETER_VECTORS;
+use super::{Extractor, Method, Options, Source};
+use crate::field::{PARAMETER_VECTORS, Wgsl};
 use crate::gpu::kernel::{Bindings, Groups, binding as b};
 use crate::gpu::settings::Uniforms;
 use crate::gpu::{Gpu, GpuError, MESH_HEADER_BYTES, Settings};
@@ -10,21 +10,37 @@ use crate::grid::Grid;
 use crate::stage::classify::{BrickRecord, Classify};
 use crate::stage::cull::map::BrickMap;
 use crate::stage::cull::{Bounds, Range};
-use crate::stage::emit::Emit;
+use crate::stage::emit::{Emit, Vertices};
 use crate::stage::normals::Normals;
 use crate::stage::params::{Params, Work};
 use crate::stage::sample::Sample;
 use crate::stage::shaders::{self, Samples};
 use crate::volume::Scalar;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use wgpu::BufferUsages as U;
+
+/// Where samples come from, as kernels that are compiled later need it.
+#[derive(Debug)]
+enum Kept {
+    Volume(Scalar),
+    /// The field's text.
+    Field(Box<Wgsl>),
+}
 
 /// The kernels that depend on where samples come from.
 #[derive(Debug)]
 pub(crate) struct SourceKernels {
+    kept: Kept,
     pub(super) range: Range,
     pub(super) bounds: Option<Bounds>,
     pub(crate) sample: Option<Sample>,
+    /// Those of each method, compiled when it is first asked for.
+    methods: [OnceLock<MethodKernels>; Method::ALL.len()],
+}
+
+/// The kernels that depend on the method, too.
+#[derive(Debug)]
+pub(crate) struct MethodKernels {
     pub(super) classify: Classify,
     /// Classify that takes a field's samples itself, where the device's form has it. Only where emit finds those very
     /// samples: what another kernel takes once more may differ in its last bits.
@@ -34,24 +50,48 @@ pub(crate) struct SourceKernels {
 
 impl SourceKernels {
     pub(super) fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
-        let (sample, bounds) = match samples {
-            Samples::Volume(_) => (None, None),
-            Samples::Field(wgsl) => (Some(Sample::new(gpu, wgsl)?), Bounds::new(gpu, wgsl)?),
+        let (kept, sample, bounds) = match samples {
+            Samples::Volume(scalar) => (Kept::Volume(scalar), None, None),
+            Samples::Field(wgsl) => {
+                // The texts ask whether there is data, which may be large.
+                let data = wgsl.data.iter().take(1).copied().collect();
+                let kept = Kept::Field(Box::new(Wgsl { data, ..wgsl.clone() }));
+                (kept, Some(Sample::new(gpu, wgsl)?), Bounds::new(gpu, wgsl)?)
+            }
         };
+        Ok(Self { kept, range: Range::new(gpu, samples)?, bounds, sample, methods: Default::default() })
+    }
+
+    fn samples(&self) -> Samples<'_> {
+        match &self.kept {
+            Kept::Volume(scalar) => Samples::Volume(*scalar),
+            Kept::Field(wgsl) => Samples::Field(wgsl),
+        }
+    }
+
+    /// The kernels of a method, compiled on the first call.
+    pub(crate) fn of(&self, gpu: &Gpu, method: Method) -> Result<&MethodKernels, GpuError> {
+        let place = &self.methods[method as usize];
+        if let Some(kernels) = place.get() {
+            return Ok(kernels);
+        }
+        let samples = self.samples();
         let classify_sampling = match samples {
-            Samples::Field(wgsl) if gpu.takes_samples() && shaders::classify_samples(wgsl, gpu.form()) => {
+            Samples::Field(wgsl)
+                if gpu.takes_samples() && shaders::classify_samples(wgsl, method, gpu.form()) =>
+            {
                 Some(Classify::sampling(gpu, wgsl)?)
             }
             _ => None,
         };
-        Ok(Self {
-            classify_sampling,
-            range: Range::new(gpu, samples)?,
-            bounds,
-            sample,
-            classify: Classify::new(gpu, samples)?,
-            emit: Emit::new(gpu, samples)?,
-        })
+        let classify = Classify::new(gpu, samples, method)?;
+        let kernels = MethodKernels { classify, classify_sampling, emit: Emit::new(gpu, samples, method)? };
+        Ok(place.get_or_init(|| kernels))
+    }
+
+    /// The kernels that make vertices with the method and the normals of a run, compiled on the first call.
+    pub(crate) fn vertices(&self, gpu: &Gpu, options: &Options) -> Result<&Vertices, GpuError> {
+        self.of(gpu, options.method)?.emit.vertices(gpu, self.samples(), options.normals)
     }
 }
 

@@ -14,3 +14,4 @@ pub mod sample;
 pub mod samples;
 pub mod scan;
 pub mod shaders;
+pub mod trilinear;

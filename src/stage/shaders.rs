@@ -1,6 +1,7 @@
 //! The shader files, and how they are put together: each stage's file behind the shared ones and the
 //! source of samples it reads.
 
+use crate::extract::Method;
 use crate::field::Wgsl;
 use crate::field::differences::Normals;
 use crate::gpu::Form;
@@ -20,6 +21,9 @@ const RECORD: &str = include_str!("../../shaders/shared/record.wgsl");
 /// What stages and drawing know of a mesh.
 pub(crate) const HEADER: &str = include_str!("../../shaders/shared/header.wgsl");
 const ROW: &str = include_str!("../../shaders/shared/row.wgsl");
+const TRILINEAR: &str = include_str!("../../shaders/shared/trilinear.wgsl");
+const CASES_MC: &str = include_str!("../../shaders/cases/mc.wgsl");
+const CASES_MC33: &str = include_str!("../../shaders/cases/mc33.wgsl");
 /// Elementary functions that fields may call; twin of [`crate::field::functions`].
 pub const FUNCTIONS: &str = include_str!("../../shaders/shared/functions.wgsl");
 /// Gradient noise, to be linked where a field calls it; twin of [`crate::field::noise`].
@@ -37,6 +41,7 @@ const READ_SAMPLES: &str = include_str!("../../shaders/brick/read_samples.wgsl")
 const READ_ROWS: &str = include_str!("../../shaders/brick/read_rows.wgsl");
 const EMIT_SERIAL: &str = include_str!("../../shaders/emit/serial.wgsl");
 const EMIT_SHARED: &str = include_str!("../../shaders/emit/shared.wgsl");
+const EMIT_CENTRES: &str = include_str!("../../shaders/emit/centres.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
 const CENTRAL: &str = include_str!("../../shaders/source/central.wgsl");
 const FORWARD: &str = include_str!("../../shaders/source/forward.wgsl");
@@ -160,28 +165,38 @@ fn rows(form: Form) -> String {
     }
 }
 
-/// Whether classify takes a field's samples itself: where workgroups share what they find, and where it is no matter how
-/// many samples an invocation takes.
-pub fn classify_samples(wgsl: &Wgsl, form: Form) -> bool {
-    form != Form::Serial && !wgsl.counts_loops
+/// Where the triangles of a cell come from.
+fn cases(method: Method) -> String {
+    match method {
+        Method::MarchingCubes => CASES_MC.into(),
+        Method::Mc33 => link(&[TRILINEAR, CASES_MC33]),
+    }
+}
+
+/// Whether classify takes a field's samples itself: where workgroups share what they find, where it is no matter how
+/// many samples an invocation takes, and where it asks no more of a sample than whether it is inside.
+pub fn classify_samples(wgsl: &Wgsl, method: Method, form: Form) -> bool {
+    form != Form::Serial && !wgsl.counts_loops && method == Method::MarchingCubes
 }
 
 /// The classify stage, of samples that are there.
-pub fn classify(samples: Samples<'_>, form: Form) -> String {
+pub fn classify(samples: Samples<'_>, method: Method, form: Form) -> String {
     let source = match samples {
         Samples::Volume(scalar) => volume(scalar),
         Samples::Field(_) => BRICKS.into(),
     };
-    classify_of(&source, &rows(form), form)
+    classify_of(&source, &rows(form), method, form)
 }
 
 /// The classify stage that takes a field's samples itself.
 pub fn classify_sampling(wgsl: &Wgsl, form: Form) -> String {
-    classify_of(&link(&[&field_part(wgsl, &wgsl.value), EVALUATE]), SHARED_ROWS, form)
+    let source = link(&[&field_part(wgsl, &wgsl.value), EVALUATE]);
+    classify_of(&source, SHARED_ROWS, Method::MarchingCubes, form)
 }
 
-fn classify_of(source: &str, rows: &str, form: Form) -> String {
-    link(&[&group(form, 64), PARAMS, WORK, INSIDE, GRID, RECORD, source, ROW, rows, CLASSIFY])
+fn classify_of(source: &str, rows: &str, method: Method, form: Form) -> String {
+    let cases = cases(method);
+    link(&[&group(form, 64), PARAMS, WORK, INSIDE, GRID, RECORD, source, ROW, rows, &cases, CLASSIFY])
 }
 
 /// The scan stage.
@@ -195,7 +210,7 @@ pub fn scan(scanned: Scanned, form: Form) -> String {
 }
 
 /// The emit stage; `normals` says where a field's come from.
-pub fn emit(samples: Samples<'_>, normals: Normals, form: Form) -> String {
+pub fn emit(samples: Samples<'_>, method: Method, normals: Normals, form: Form) -> String {
     let source = match samples {
         Samples::Volume(scalar) => link(&[&volume(scalar), NO_LOOPS]),
         Samples::Field(wgsl) => {
@@ -212,7 +227,11 @@ pub fn emit(samples: Samples<'_>, normals: Normals, form: Form) -> String {
     let lanes = if counted { "const LANES = 256u;" } else { "const LANES = 64u;" };
     let of_form = if form == Form::Serial { EMIT_SERIAL } else { EMIT_SHARED };
     let shared = link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, READ_MAP, MAP, ROW, UNIT]);
-    link(&[&shared, &source, lanes, &rows(form), EMIT, of_form])
+    let emit = link(&[&shared, &source, lanes, &rows(form), &cases(method), EMIT, of_form]);
+    match method {
+        Method::MarchingCubes => emit,
+        Method::Mc33 => link(&[&emit, EMIT_CENTRES]),
+    }
 }
 
 /// The tracker's continuation, for samples of a volume of that type, or for those that were taken of a field.

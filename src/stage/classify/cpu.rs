@@ -6,7 +6,9 @@
 use super::BrickRecord;
 use crate::stage::inside::Inside;
 use crate::stage::samples::Samples;
+use crate::stage::trilinear::Corners;
 use crate::table::Table;
+use crate::table::mc33::MC33;
 use crate::volume::values::each_type;
 use crate::volume::{Sample, Slice};
 use multiversion::multiversion;
@@ -131,14 +133,38 @@ fn ones_of_rows(bits: u64) -> u64 {
 /// Fills the brick's record; returns its vertices and triangles.
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn classify(table: &Table, inside: Inside, samples: &Samples<'_>, record: &mut BrickRecord) -> [u32; 2] {
-    fill(table, inside, samples, record)
+    fill(inside, samples, record, |case, _| [table.triangle_count(case), 0])
 }
 
-/// The body of [`classify`], for every instruction set.
+/// [`classify`] for topologically correct marching cubes: ambiguous cells have what the interpolant says.
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+pub fn classify_mc33(
+    table: &Table,
+    iso: f32,
+    inside: Inside,
+    samples: &Samples<'_>,
+    record: &mut BrickRecord,
+) -> [u32; 2] {
+    fill(inside, samples, record, |case, cell| {
+        if MC33.is_decided(case) {
+            return [table.triangle_count(case), 0];
+        }
+        let entry = Corners::of_cell(iso, inside, samples, cell).entry();
+        [entry.triangle_count(), entry.centres()]
+    })
+}
+
+/// The body of both, for every instruction set; `of_cell` tells the triangles and the centres of a cell, from its case and
+/// its place in the brick.
 #[inline(always)]
-fn fill(table: &Table, inside: Inside, samples: &Samples<'_>, record: &mut BrickRecord) -> [u32; 2] {
+fn fill(
+    inside: Inside,
+    samples: &Samples<'_>,
+    record: &mut BrickRecord,
+    of_cell: impl Fn(u8, [usize; 3]) -> [u32; 2],
+) -> [u32; 2] {
     let rows = InsideRows::new(samples, inside);
-    let (mut vertices, mut triangles) = (0u32, 0u32);
+    let (mut vertices, mut triangles, mut centres) = (0u32, 0u32, 0u32);
     for z in 0..8 {
         record.planes[z] = vertices | triangles << 16;
         let (corners, shape) = (rows.corners(z), PlaneShape::new(samples.extent, z));
@@ -153,20 +179,27 @@ fn fill(table: &Table, inside: Inside, samples: &Samples<'_>, record: &mut Brick
         }
         vertices += (up_to >> 56) as u32;
 
-        let mut row_triangles = 0u64;
+        // At most 8 cells of 14 triangles and 2 centres a row: a byte holds either.
+        let (mut row_triangles, mut row_centres) = (0u64, 0u64);
         let mut mixed = mixed_cells(&corners, shape);
         while mixed != 0 {
             let cell = mixed.trailing_zeros();
             mixed &= mixed - 1;
-            row_triangles += u64::from(table.triangle_count(cell_case(&corners, cell))) << (cell & 56);
+            let place = [cell as usize % 8, cell as usize / 8, z];
+            let [own_triangles, own_centres] = of_cell(cell_case(&corners, cell), place).map(u64::from);
+            row_triangles += own_triangles << (cell & 56);
+            row_centres += own_centres << (cell & 56);
         }
         let mut before = 0;
-        for (pair, counts) in row_triangles.to_le_bytes().chunks_exact(2).enumerate() {
-            let [even, odd] = [counts[0], counts[1]].map(u32::from);
-            record.triangles[4 * z + pair] = before | (before + even) << 16;
-            before += even + odd;
+        let pairs = row_triangles.to_le_bytes().into_iter().zip(row_centres.to_le_bytes());
+        for (row, (own_triangles, own_centres)) in pairs.enumerate() {
+            let half = before | u32::from(own_centres) << 11;
+            let word = &mut record.triangles[4 * z + row / 2];
+            *word = if row % 2 == 0 { half } else { *word | half << 16 };
+            before += u32::from(own_triangles);
+            centres += u32::from(own_centres);
         }
         triangles += before;
     }
-    [vertices, triangles]
+    [vertices + centres, triangles]
 }

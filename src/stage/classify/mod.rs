@@ -10,6 +10,7 @@
 pub mod cpu;
 
 use super::shaders::{self, Samples};
+use crate::extract::Method;
 use crate::field::Wgsl;
 use crate::gpu::kernel::{Bindings, Kernel};
 use crate::gpu::{Gpu, GpuError};
@@ -24,6 +25,20 @@ pub struct BrickRecord {
     pub triangles: [u32; 32],
 }
 
+impl BrickRecord {
+    /// How many vertices lie on the brick's edges; its centres are behind them.
+    #[inline(always)]
+    pub fn edge_vertices(&self) -> u32 {
+        (self.planes[7] & 0xffff) + (self.rows[63] >> 24) + (self.rows[63] & 0xff_ffff).count_ones()
+    }
+
+    /// How many vertices lie within the cells of row `y + 8 z`.
+    #[inline(always)]
+    pub fn centres(&self, row: usize) -> u32 {
+        self.triangles[row / 2] >> (16 * (row % 2) + 11) & 31
+    }
+}
+
 /// The kernel of the stage.
 #[derive(Debug)]
 pub struct Classify(Kernel);
@@ -33,8 +48,8 @@ impl Classify {
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
-    pub fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
-        Ok(Self(Kernel::new(gpu, &shaders::classify(samples, gpu.form()), "classify", &[])?))
+    pub fn new(gpu: &Gpu, samples: Samples<'_>, method: Method) -> Result<Self, GpuError> {
+        Ok(Self(Kernel::new(gpu, &shaders::classify(samples, method, gpu.form()), "classify", &[])?))
     }
 
     /// Compiles the kernel that takes the samples of a field itself, and leaves them where the sample stage would.

@@ -8,29 +8,28 @@
 pub mod cpu;
 
 use super::shaders::{self, Samples};
-use crate::field::Wgsl;
+use crate::extract::Method;
 use crate::field::differences::Normals;
 use crate::gpu::kernel::{Bindings, Kernel};
 use crate::gpu::{Gpu, GpuError};
-use crate::volume::Scalar;
 use std::sync::OnceLock;
-
-/// What kernels of vertices are made of.
-#[derive(Debug)]
-enum Source {
-    Volume(Scalar),
-    /// The field's text.
-    Field(Box<Wgsl>),
-}
 
 /// The kernels of the stage.
 #[derive(Debug)]
 pub struct Emit {
-    source: Source,
+    method: Method,
     /// One for each kind of normals, compiled when it is first asked for.
-    vertices: [OnceLock<Kernel>; 3],
+    vertices: [OnceLock<Vertices>; 3],
     indices: Kernel,
     totals: Kernel,
+}
+
+/// The kernels of vertices with normals of one kind.
+#[derive(Debug)]
+pub struct Vertices {
+    on_edges: Kernel,
+    /// Of those within cells, where the method has them.
+    centres: Option<Kernel>,
 }
 
 impl Emit {
@@ -38,45 +37,39 @@ impl Emit {
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
-    pub fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, samples: Samples<'_>, method: Method) -> Result<Self, GpuError> {
         // What makes normals is no part of these.
-        let source = shaders::emit(samples, Normals::Exact, gpu.form());
-        let kept = match samples {
-            Samples::Volume(scalar) => Source::Volume(scalar),
-            // The texts ask whether there is data, which may be large.
-            Samples::Field(wgsl) => {
-                let data = wgsl.data.iter().take(1).copied().collect();
-                Source::Field(Box::new(Wgsl { data, ..wgsl.clone() }))
-            }
-        };
+        let source = shaders::emit(samples, method, Normals::Exact, gpu.form());
         Ok(Self {
-            source: kept,
+            method,
             vertices: Default::default(),
             indices: Kernel::new(gpu, &source, "emit_indices", &[])?,
             totals: Kernel::new(gpu, &source, "totals", &[])?,
         })
     }
 
-    /// The kernel of vertices with such normals, compiled on the first call.
+    /// The kernels of vertices with such normals, for the source of samples that the others were compiled for; compiled on
+    /// the first call.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
-    pub fn vertices(&self, gpu: &Gpu, normals: Normals) -> Result<&Kernel, GpuError> {
-        let kind = match (&self.source, normals) {
-            (Source::Volume(_), _) => 0,
-            (Source::Field(wgsl), Normals::Exact) if wgsl.gradient.is_some() => 0,
-            (Source::Field(_), Normals::Exact | Normals::Central { .. }) => 1,
-            (Source::Field(_), Normals::Forward { .. }) => 2,
+    pub fn vertices(&self, gpu: &Gpu, samples: Samples<'_>, normals: Normals) -> Result<&Vertices, GpuError> {
+        let kind = match (samples, normals) {
+            (Samples::Volume(_), _) => 0,
+            (Samples::Field(wgsl), Normals::Exact) if wgsl.gradient.is_some() => 0,
+            (Samples::Field(_), Normals::Exact | Normals::Central { .. }) => 1,
+            (Samples::Field(_), Normals::Forward { .. }) => 2,
         };
-        if let Some(kernel) = self.vertices[kind].get() {
-            return Ok(kernel);
+        if let Some(kernels) = self.vertices[kind].get() {
+            return Ok(kernels);
         }
-        let samples = match &self.source {
-            Source::Volume(scalar) => Samples::Volume(*scalar),
-            Source::Field(wgsl) => Samples::Field(wgsl),
+        let source = shaders::emit(samples, self.method, normals, gpu.form());
+        let centres = match self.method {
+            Method::MarchingCubes => None,
+            Method::Mc33 => Some(Kernel::new(gpu, &source, "emit_centres", &[])?),
         };
-        let kernel = Kernel::new(gpu, &shaders::emit(samples, normals, gpu.form()), "emit_vertices", &[])?;
-        Ok(self.vertices[kind].get_or_init(|| kernel))
+        let kernels = Vertices { on_edges: Kernel::new(gpu, &source, "emit_vertices", &[])?, centres };
+        Ok(self.vertices[kind].get_or_init(|| kernels))
     }
 
     /// Writes the slab's totals and the mesh header.
@@ -91,10 +84,13 @@ impl Emit {
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         bindings: &Bindings<'_>,
-        vertices: &Kernel,
+        vertices: &Vertices,
         (dispatches, offset): (&wgpu::Buffer, u64),
     ) {
-        vertices.dispatch_indirect(gpu, pass, bindings, dispatches, offset);
+        vertices.on_edges.dispatch_indirect(gpu, pass, bindings, dispatches, offset);
+        if let Some(centres) = &vertices.centres {
+            centres.dispatch_indirect(gpu, pass, bindings, dispatches, offset);
+        }
         self.indices.dispatch_indirect(gpu, pass, bindings, dispatches, offset);
     }
 }

@@ -9,7 +9,9 @@ use crate::stage::classify::cpu::{InsideRows, PlaneShape, cell_case, mixed_cells
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
+use crate::stage::trilinear::Corners;
 use crate::table::Table;
+use crate::table::mc33::{FIRST_CENTRE, MC33};
 use multiversion::multiversion;
 
 /// Where the bricks beside a brick lie in the sorted list of bricks with surface. It stands for the shader's brick map:
@@ -196,9 +198,44 @@ pub fn emit_indices(
     numbers: &mut EdgeNumbers,
     triangles: &mut [[u32; 3]],
 ) {
-    indices(params, table, inside, samples, beside, numbers, triangles);
+    indices(params, table, inside, samples, beside, numbers, triangles, |_, _, _, _| None);
 }
 
+/// [`emit_indices`] for topologically correct marching cubes; `end` is the number behind the brick's last vertex, from where
+/// its centres are counted backwards.
+#[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+pub fn emit_indices_mc33(
+    params: &Params,
+    table: &Table,
+    inside: Inside,
+    samples: &Samples<'_>,
+    beside: &Beside<'_>,
+    numbers: &mut EdgeNumbers,
+    end: u32,
+    triangles: &mut [[u32; 3]],
+) {
+    let mut end = end;
+    let of_cell = |case, [x, y, z]: [usize; 3], numbers: &EdgeNumbers, left: &mut [[u32; 3]]| {
+        if MC33.is_decided(case) {
+            return None;
+        }
+        let entry = Corners::of_cell(params.iso, inside, samples, [x, y, z]).entry();
+        let place = ROW * (y as u32 + 9 * z as u32) + x as u32;
+        for (i, triangle) in (0..entry.triangle_count()).zip(left) {
+            let [a, b, c] = entry.triangle(i).map(|corner| match corner.checked_sub(FIRST_CENTRE) {
+                Some(centre) => end - 1 - centre,
+                None => numbers.of(place, corner.into()),
+            });
+            *triangle = if params.mirrored == 1 { [a, c, b] } else { [a, b, c] };
+        }
+        end -= entry.centres();
+        Some(entry.triangle_count() as usize)
+    };
+    indices(params, table, inside, samples, beside, numbers, triangles, of_cell);
+}
+
+/// The body of both; `of_cell` may write the triangles of a cell in its own way, from its case and its place in the brick, and
+/// tells how many.
 #[inline(always)]
 fn indices(
     params: &Params,
@@ -208,6 +245,7 @@ fn indices(
     beside: &Beside<'_>,
     numbers: &mut EdgeNumbers,
     triangles: &mut [[u32; 3]],
+    mut of_cell: impl FnMut(u8, [usize; 3], &EdgeNumbers, &mut [[u32; 3]]) -> Option<usize>,
 ) {
     let rows = InsideRows::new(samples, inside);
     numbers.fill(beside);
@@ -218,8 +256,14 @@ fn indices(
         while mixed != 0 {
             let cell = mixed.trailing_zeros();
             mixed &= mixed - 1;
+            let case = cell_case(&corners, cell);
+            if let Some(count) = of_cell(case, [cell as usize % 8, cell as usize / 8, z], numbers, left) {
+                let done = count.min(left.len());
+                left = std::mem::take(&mut left).split_at_mut(done).1;
+                continue;
+            }
             let place = ROW * (cell / 8 + 9 * z as u32) + cell % 8;
-            let packed = table.packed(cell_case(&corners, cell));
+            let packed = table.packed(case);
             let count = (packed & 15) as usize;
             let mut edges = packed >> 4;
             let mut next = || {

@@ -25,7 +25,7 @@ fn scaled(v: f32) -> f32 {
 }
 
 /// Where between the edge's ends the value is iso; in the middle where the ends do not tell.
-fn crossing(iso: f32, a: f32, b: f32) -> f32 {
+pub(super) fn crossing(iso: f32, a: f32, b: f32) -> f32 {
     // The ends straddle iso: where they lie this close together, all three are small.
     let t = if (b - a).abs() < SMALL {
         (scaled(iso) - scaled(a)) / (scaled(b) - scaled(a))
@@ -290,7 +290,7 @@ pub struct Gradients<'a> {
 }
 
 impl Gradients<'_> {
-    fn at(&self, points: Points<'_>, delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+    pub(super) fn at(&self, points: Points<'_>, delta: f32, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
         match self.normals {
             Normals::Exact => match self.here.gradients(points, out) {
                 Err(NoForm::Gradient) => central(self.whole, points, delta, out),

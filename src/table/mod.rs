@@ -1,5 +1,8 @@
-//! The marching cubes table: parsed once from `tables/marching_cubes.txt`, packed into the words
-//! that both the CPU and the GPU read. `tables/README.md` has the corner and edge numbering.
+//! The lookup tables, parsed once from `tables/` and packed into the words that both the CPU and the GPU read:
+//! marching cubes here, what its topologically correct form adds in [`mc33`]. `tables/README.md` has the corner
+//! and edge numbering.
+
+pub mod mc33;
 
 use std::sync::LazyLock;
 
@@ -17,7 +20,7 @@ pub struct Table {
 
 /// The one table of the program.
 pub static MARCHING_CUBES: LazyLock<Table> =
-    LazyLock::new(|| Table::parse(include_str!("../tables/marching_cubes.txt")));
+    LazyLock::new(|| Table::parse(include_str!("../../tables/marching_cubes.txt")));
 
 impl Table {
     /// Parses the text of a table file.
