@@ -8,6 +8,7 @@ use isoforge::gpu::kernel::{binding, parse};
 use isoforge::gpu::{Form, MESH_HEADER_BYTES};
 use isoforge::refine::{Counted, Refining};
 use isoforge::stage::classify::BrickRecord;
+use isoforge::stage::method::Method;
 use isoforge::stage::params::{Call, Uniform, Work};
 use isoforge::stage::scan::Scanned;
 use isoforge::stage::shaders::{self, Samples};
@@ -93,8 +94,12 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
         sources.push((format!("cull, volume of {scalar}"), shaders::cull(samples)));
         for form in Form::ALL {
             let name = format!("volume of {scalar}, {form:?}");
-            sources.push((format!("classify, {name}"), shaders::classify(samples, form)));
-            sources.push((format!("emit, {name}"), shaders::emit(samples, Normals::Exact, form)));
+            for method in Method::ALL {
+                let name = format!("{name}, {method:?}");
+                sources.push((format!("classify, {name}"), shaders::classify(samples, method, form)));
+                let source = shaders::emit(samples, method, Normals::Exact, form);
+                sources.push((format!("emit, {name}"), source));
+            }
         }
     }
     for (name, wgsl) in fields() {
@@ -104,8 +109,11 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
         sources.extend(shaders::bounds(&wgsl).map(|source| (format!("bounds, {name}"), source)));
         sources.push((format!("refine place, {name}"), shaders::refine_place(&wgsl)));
         for form in Form::ALL {
-            sources.push((format!("classify, {name}, {form:?}"), shaders::classify(samples, form)));
-            if shaders::classify_samples(&wgsl, form) {
+            for method in Method::ALL {
+                let source = shaders::classify(samples, method, form);
+                sources.push((format!("classify, {name}, {method:?}, {form:?}"), source));
+            }
+            if shaders::classify_samples(&wgsl, Method::MarchingCubes, form) {
                 let source = shaders::classify_sampling(&wgsl, form);
                 sources.push((format!("classify and sample, {name}, {form:?}"), source));
             }
@@ -116,8 +124,10 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
             (Normals::Forward { delta: None }, Form::Serial),
             (Normals::Central { delta: None }, Form::Shared),
         ] {
-            sources
-                .push((format!("emit {normals:?}, {name}, {form:?}"), shaders::emit(samples, normals, form)));
+            for method in Method::ALL {
+                let source = shaders::emit(samples, method, normals, form);
+                sources.push((format!("emit {normals:?}, {name}, {method:?}, {form:?}"), source));
+            }
         }
     }
     let parsed = sources.into_iter().map(|(name, source)| match parse(&source) {

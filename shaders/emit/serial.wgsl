@@ -39,8 +39,8 @@ fn emit_vertices(
         if place >= call.vertex_capacity {
             break;
         }
-        let vertex = make_vertex(slot, origin, edge_of_vertex(slot, k));
-        write_vertex(place, vertex);
+        let edge = edge_of_vertex(slot, k);
+        write_vertex(place, make_vertex(slot, origin, edge.xyz, along(edge.w)));
     }
     report_runaway();
 }

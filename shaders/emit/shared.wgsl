@@ -32,8 +32,8 @@ fn emit_vertices(
             break;
         }
         let edge = brick_edges[k];
-        let vertex = make_vertex(slot, origin, vec4<u32>(edge & 7u, (edge >> 5u) & 7u, edge >> 8u, (edge >> 3u) & 3u));
-        write_vertex(place, vertex);
+        let owner = vec3<u32>(edge & 7u, (edge >> 5u) & 7u, edge >> 8u);
+        write_vertex(place, make_vertex(slot, origin, owner, along((edge >> 3u) & 3u)));
     }
     report_runaway();
 }

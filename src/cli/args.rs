@@ -262,6 +262,8 @@ pub enum MethodArg {
     Mc,
     /// Marching cubes on the uniform grid with the topology of the trilinear interpolant in every cell
     Mc33,
+    /// Marching tetrahedra on the uniform grid: each cell cut in six, no ambiguity, more triangles
+    Mt,
     /// Polygons of an octree's cells (Bloomenthal), closed between cells of different sizes
     Octree,
     /// Dual contouring of an octree whose smallest cells are the grid's: fewer triangles where the surface is flat, sharp

@@ -229,7 +229,7 @@ impl Job<'_> {
             _ if args.method.sharp => self.sharp(),
             MethodArg::Dmc => self.dual_marching_cubes(),
             MethodArg::Octree => self.octree(),
-            MethodArg::Mc | MethodArg::Mc33 => {
+            MethodArg::Mc | MethodArg::Mc33 | MethodArg::Mt => {
                 let (mesh, report) =
                     extract_on_cpu(&self.loaded.source(), self.options, &|part| self.progress.set(part))
                         .map_err(Failure::run)?;

@@ -31,6 +31,7 @@ impl MethodArg {
         match self {
             Self::Mc => Some(Method::MarchingCubes),
             Self::Mc33 => Some(Method::Mc33),
+            Self::Mt => Some(Method::Tetrahedra),
             Self::Octree | Self::Dmc => None,
         }
     }
@@ -47,7 +48,7 @@ impl MethodArgs {
         match self.method {
             MethodArg::Dmc => Some("--method dmc"),
             MethodArg::Octree => Some("--method octree"),
-            MethodArg::Mc | MethodArg::Mc33 => self.sharp.then_some("--sharp"),
+            MethodArg::Mc | MethodArg::Mc33 | MethodArg::Mt => self.sharp.then_some("--sharp"),
         }
     }
 }
@@ -62,9 +63,9 @@ pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
             "is of the uniform grid: leave it or --method out (dmc keeps edges by itself)",
         ),
         (
-            of.track && !of.is_sweep(),
+            of.track && !(of.is_sweep() && of.method != MethodArg::Mt),
             "--track",
-            "follows cells of the uniform grid: leave it or the other method out",
+            "follows cubes of the uniform grid (--method mc or mc33): leave it or the other method out",
         ),
         (of.error.is_some() && of.method.of_cells().is_some(), "--error", "is of --method dmc and octree"),
         (

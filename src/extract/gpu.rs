@@ -12,8 +12,7 @@ use crate::grid::Grid;
 use crate::stage::cull::Cull;
 use crate::stage::normals::Normals;
 use crate::stage::scan::{Scan, Scanned};
-use crate::stage::shaders::Samples;
-use crate::table::mc33::MC33;
+use crate::stage::shaders::{self, Samples};
 use crate::volume::Scalar;
 use std::sync::Arc;
 use std::time::Instant;
@@ -47,9 +46,9 @@ impl Extractor {
     /// # Errors
     /// [`ExtractError::Gpu`].
     pub fn new(gpu: Gpu) -> Result<Self, ExtractError> {
-        let words = MC33.words();
-        let table = gpu.buffer("table", size_of_val(words) as u64, U::STORAGE | U::COPY_DST)?;
-        gpu.write(&table, bytemuck::cast_slice(words))?;
+        let words = shaders::table_words();
+        let table = gpu.buffer("table", 4 * words.len() as u64, U::STORAGE | U::COPY_DST)?;
+        gpu.write(&table, bytemuck::cast_slice(&words))?;
         Ok(Self {
             cull: Cull::new(&gpu)?,
             scan_map: Scan::new(&gpu, Scanned::Map)?,

@@ -14,6 +14,7 @@ mod upload;
 mod workspace;
 
 pub use crate::field::differences::Normals;
+pub use crate::stage::method::Method;
 pub(crate) use cpu::{Clock, Job, KEPT_BYTES, Kept, RECORDS};
 pub use cpu_extractor::{CpuExtractor, extract_on_cpu};
 pub use gpu::Extractor;
@@ -84,22 +85,6 @@ impl Source<'_> {
             Source::Volume(_) => Sense::Above,
         }
     }
-}
-
-/// How the cells of the uniform grid become triangles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
-pub enum Method {
-    /// Marching cubes (Lorensen & Cline 1987) by a table whose faces agree: closed and manifold.
-    #[default]
-    MarchingCubes,
-    /// Its topologically correct form: in each cell the mesh is what the trilinear interpolant of the samples is
-    /// (Chernyaev 1995, with vertices within the cell where one is needed).
-    Mc33,
-}
-
-impl Method {
-    /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 2] = [Self::MarchingCubes, Self::Mc33];
 }
 
 /// The settings of one extraction; changing them uploads nothing, and compiles nothing but the kernel of another

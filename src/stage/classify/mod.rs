@@ -8,12 +8,13 @@
 //! from the usual: no case bytes are stored (emit tests the samples again), and no edge table.
 
 pub mod cpu;
+pub mod tetrahedra;
 
 use super::shaders::{self, Samples};
-use crate::extract::Method;
 use crate::field::Wgsl;
 use crate::gpu::kernel::{Bindings, Kernel};
 use crate::gpu::{Gpu, GpuError};
+use crate::stage::method::Method;
 
 /// What classify leaves of a brick; `shaders/shared/record.wgsl` describes the words.
 #[repr(C)]

@@ -8,10 +8,10 @@
 pub mod cpu;
 
 use super::shaders::{self, Samples};
-use crate::extract::Method;
 use crate::field::differences::Normals;
 use crate::gpu::kernel::{Bindings, Kernel};
 use crate::gpu::{Gpu, GpuError};
+use crate::stage::method::Method;
 use std::sync::OnceLock;
 
 /// The kernels of the stage.
@@ -65,7 +65,7 @@ impl Emit {
         }
         let source = shaders::emit(samples, self.method, normals, gpu.form());
         let centres = match self.method {
-            Method::MarchingCubes => None,
+            Method::MarchingCubes | Method::Tetrahedra => None,
             Method::Mc33 => Some(Kernel::new(gpu, &source, "emit_centres", &[])?),
         };
         let kernels = Vertices { on_edges: Kernel::new(gpu, &source, "emit_vertices", &[])?, centres };
