@@ -41,7 +41,7 @@ struct Vertex {
 fn make_vertex(slot: u32, origin: vec3<u32>, owner: vec3<u32>, across: vec3<u32>) -> Vertex {
     let a = sample_bits(slot, origin, owner);
     let b = sample_bits(slot, origin, owner + across);
-    let t = crossing(bitcast<f32>(a), bitcast<f32>(b));
+    let t = fraction(origin + owner, across, a, b);
     let q = vec3<f32>(origin + owner) + vec3<f32>(across) * t;
     let position = grid_position(q);
     let vector = outward_vector(origin, owner, across, t, position);

@@ -176,7 +176,9 @@ pub fn compare(
     let mesh = extraction.mesh.read(extractor.gpu())?;
     let gpu = Snapshot::read(extractor, &space)?;
     let sense = options.sense.unwrap_or(source.sense());
-    let params = Params::new(source.grid(), options.iso, sense).with_normals(options.normals);
+    let params = Params::new(source.grid(), options.iso, sense)
+        .with_normals(options.normals)
+        .with_placement(options.placement);
     let inside = Inside::new(options.iso, sense);
 
     let mut found = Comparison { rows: Vec::new(), notes: Vec::new() };

@@ -8,7 +8,7 @@ use isoforge::gpu::kernel::{binding, parse};
 use isoforge::gpu::{Form, MESH_HEADER_BYTES};
 use isoforge::refine::{Counted, Refining};
 use isoforge::stage::classify::BrickRecord;
-use isoforge::stage::method::Method;
+use isoforge::stage::method::{Method, Placement};
 use isoforge::stage::params::{Call, Uniform, Work};
 use isoforge::stage::scan::Scanned;
 use isoforge::stage::shaders::{self, Samples};
@@ -97,7 +97,7 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
             for method in Method::ALL {
                 let name = format!("{name}, {method:?}");
                 sources.push((format!("classify, {name}"), shaders::classify(samples, method, form)));
-                let source = shaders::emit(samples, method, Normals::Exact, form);
+                let source = shaders::emit(samples, method, Placement::Linear, Normals::Exact, form);
                 sources.push((format!("emit, {name}"), source));
             }
         }
@@ -125,8 +125,15 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
             (Normals::Central { delta: None }, Form::Shared),
         ] {
             for method in Method::ALL {
-                let source = shaders::emit(samples, method, normals, form);
-                sources.push((format!("emit {normals:?}, {name}, {method:?}, {form:?}"), source));
+                let placements =
+                    [Placement::Linear, Placement::Midpoint, Placement::Snapped { epsilon: 1.0 }];
+                for placement in placements {
+                    let source = shaders::emit(samples, method, placement, normals, form);
+                    sources.push((
+                        format!("emit {normals:?}, {placement:?}, {name}, {method:?}, {form:?}"),
+                        source,
+                    ));
+                }
             }
         }
     }

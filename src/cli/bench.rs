@@ -49,6 +49,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
             volume,
             iso: *iso,
         }),
+        methods: args.methods.iter().map(|&method| method.into()).collect(),
         arrays: args.arrays,
         dense: args.dense,
         roofline: args.roofline,

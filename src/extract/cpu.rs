@@ -54,7 +54,9 @@ impl<'a> Job<'a> {
         let sense = options.sense.unwrap_or(source.sense());
         Ok(Self {
             source: *source,
-            params: Params::new(source.grid(), options.iso, sense).with_normals(options.normals),
+            params: Params::new(source.grid(), options.iso, sense)
+                .with_normals(options.normals)
+                .with_placement(options.placement),
             inside: Inside::new(options.iso, sense),
             method: options.method,
             normals: options.normals,

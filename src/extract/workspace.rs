@@ -91,7 +91,7 @@ impl SourceKernels {
 
     /// The kernels that make vertices with the method and the normals of a run, compiled on the first call.
     pub(crate) fn vertices(&self, gpu: &Gpu, options: &Options) -> Result<&Vertices, GpuError> {
-        self.of(gpu, options.method)?.emit.vertices(gpu, self.samples(), options.normals)
+        self.of(gpu, options.method)?.emit.vertices(gpu, self.samples(), options.placement, options.normals)
     }
 }
 
@@ -265,7 +265,9 @@ impl Workspace {
             slab_extent: slab.extent.into(),
             source_first: slab.first_point.into(),
             source_extent: slab.points.into(),
-            ..Params::new(&self.grid, options.iso, sense).with_normals(options.normals)
+            ..Params::new(&self.grid, options.iso, sense)
+                .with_normals(options.normals)
+                .with_placement(options.placement)
         }
     }
 

@@ -18,3 +18,38 @@ impl Method {
     /// All of them, in the order of their numbers.
     pub const ALL: [Self; 3] = [Self::MarchingCubes, Self::Mc33, Self::Tetrahedra];
 }
+
+/// Where on its edge a vertex lies.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Placement {
+    /// Where the linear interpolant of the samples at the edge's ends is iso.
+    #[default]
+    Linear,
+    /// In the middle: fast, and coarse.
+    Midpoint,
+    /// Where the field crosses iso, within `epsilon` world units: a few secant and bisection steps. Volumes have
+    /// nothing finer than [`Placement::Linear`], and vertices within cells lie amid those on edges.
+    Snapped {
+        /// How near, over 0.
+        epsilon: f32,
+    },
+}
+
+impl Placement {
+    /// A number for each kind, from 0 on.
+    pub(crate) fn kind(self) -> usize {
+        match self {
+            Self::Linear => 0,
+            Self::Midpoint => 1,
+            Self::Snapped { .. } => 2,
+        }
+    }
+
+    /// How near a snapped vertex lies; 0 where none is snapped.
+    pub(crate) fn epsilon(self) -> f32 {
+        match self {
+            Self::Snapped { epsilon } => epsilon,
+            Self::Linear | Self::Midpoint => 0.0,
+        }
+    }
+}

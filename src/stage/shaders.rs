@@ -4,7 +4,7 @@
 use crate::field::Wgsl;
 use crate::field::differences::Normals;
 use crate::gpu::Form;
-use crate::stage::method::Method;
+use crate::stage::method::{Method, Placement};
 use crate::stage::scan::{Scanned, group_and_run};
 use crate::table::mc33::MC33;
 use crate::table::tetrahedra::{CASE_WORDS, MARCHING_TETRAHEDRA};
@@ -43,11 +43,14 @@ const READ_SAMPLES: &str = include_str!("../../shaders/brick/read_samples.wgsl")
 const READ_ROWS: &str = include_str!("../../shaders/brick/read_rows.wgsl");
 const EMIT_SERIAL: &str = include_str!("../../shaders/emit/serial.wgsl");
 const EMIT_SHARED: &str = include_str!("../../shaders/emit/shared.wgsl");
+const PLACE_LINEAR: &str = include_str!("../../shaders/place/linear.wgsl");
+const PLACE_MIDPOINT: &str = include_str!("../../shaders/place/midpoint.wgsl");
+const PLACE_SNAPPED: &str = include_str!("../../shaders/place/snapped.wgsl");
 const EMIT_CUBES: &str = include_str!("../../shaders/emit/cubes.wgsl");
 const EMIT_TETRAHEDRA: &str = include_str!("../../shaders/emit/tetrahedra.wgsl");
 const EMIT_CENTRES: &str = include_str!("../../shaders/emit/centres.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
-const CENTRAL: &str = include_str!("../../shaders/source/central.wgsl");
+pub(crate) const CENTRAL: &str = include_str!("../../shaders/source/central.wgsl");
 const FORWARD: &str = include_str!("../../shaders/source/forward.wgsl");
 const STRADDLES: &str = include_str!("../../shaders/shared/straddles.wgsl");
 const EXACT: &str = include_str!("../../shaders/graph/exact.wgsl");
@@ -227,11 +230,19 @@ pub fn scan(scanned: Scanned, form: Form) -> String {
 }
 
 /// The emit stage; `normals` says where a field's come from.
-pub fn emit(samples: Samples<'_>, method: Method, normals: Normals, form: Form) -> String {
+pub fn emit(
+    samples: Samples<'_>,
+    method: Method,
+    placement: Placement,
+    normals: Normals,
+    form: Form,
+) -> String {
+    let is_snapped = matches!((samples, placement), (Samples::Field(_), Placement::Snapped { .. }));
     let source = match samples {
         Samples::Volume(scalar) => link(&[&volume(scalar), NO_LOOPS]),
         Samples::Field(wgsl) => {
             let functions = match (normals, &wgsl.gradient) {
+                (Normals::Exact, Some(own)) if is_snapped => link(&[&wgsl.value, own]),
                 (Normals::Exact, Some(own)) => own.to_string(),
                 (Normals::Exact | Normals::Central { .. }, _) => link(&[&wgsl.value, CENTRAL]),
                 (Normals::Forward { .. }, _) => link(&[&wgsl.value, FORWARD]),
@@ -239,12 +250,17 @@ pub fn emit(samples: Samples<'_>, method: Method, normals: Normals, form: Form) 
             link(&[BRICKS, &field_part(wgsl, &functions), GRADIENT])
         }
     };
-    // A brick has at most 1536 vertices. Where loops are counted an invocation should make few of them.
+    let place = match placement {
+        Placement::Midpoint => PLACE_MIDPOINT,
+        Placement::Snapped { .. } if is_snapped => PLACE_SNAPPED,
+        Placement::Linear | Placement::Snapped { .. } => PLACE_LINEAR,
+    };
+    // A brick has at most 1536 vertices. Where loops are counted, or the field is asked often, an invocation should make few.
     let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
-    let lanes = if counted { "const LANES = 256u;" } else { "const LANES = 64u;" };
+    let lanes = if counted || is_snapped { "const LANES = 256u;" } else { "const LANES = 64u;" };
     let of_form = if form == Form::Serial { EMIT_SERIAL } else { EMIT_SHARED };
     let shared = link(&[PARAMS, WORK, INSIDE, GRID, HEADER, READ_MAP, MAP, ROW, UNIT]);
-    let shared = link(&[&shared, &source, lanes, &cases(method), EMIT]);
+    let shared = link(&[&shared, &source, lanes, &cases(method), EMIT, place]);
     let cubes = || link(&[&shared, RECORD, &rows(form), EMIT_CUBES, of_form]);
     match method {
         Method::MarchingCubes => cubes(),

@@ -161,7 +161,7 @@ impl Run<'_> {
         items: u32,
     ) {
         // The stage scans what there is an item a brick of.
-        let params = Params { slab_bricks: items, ..Params::zeroed() };
+        let params = Params { slab_bricks: items, ..Params::default() };
         let params = crate::gpu::Settings::new(self.gpu(), &params.uniform(), &params.call());
         let mut bindings = Bindings::default();
         bindings

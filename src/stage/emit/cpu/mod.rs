@@ -2,6 +2,7 @@
 
 mod centres;
 mod indices;
+mod snap;
 mod tetrahedra;
 mod vertices;
 

@@ -3,13 +3,14 @@
 //! Where the shader gives a vertex to an invocation, the twin gathers the crossings of a brick into
 //! arrays, `LANES` at a time, and the arithmetic of the shader runs over the arrays.
 
+use super::snap::snap;
 use super::tetrahedra;
 use crate::field::differences::{Normals, central, forward};
 use crate::field::{Field, NoForm, Points};
 use crate::mesh::Vertex;
 use crate::stage::classify::BrickRecord;
 use crate::stage::inside::Inside;
-use crate::stage::method::Method;
+use crate::stage::method::{Method, Placement};
 use crate::stage::normals::cpu::{LEAST_GRADIENT, mark};
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
@@ -43,17 +44,17 @@ const LANES: usize = 16;
 const FIELD_LANES: usize = crate::graph::eval::LANES;
 
 /// Crossed edges of a brick, as many as `N`, and their vertices.
-struct Crossings<const N: usize> {
+pub(super) struct Crossings<const N: usize> {
     /// Grid coordinates of the edges' owners.
     owner: [[f32; N]; 3],
     /// 1 for the axes that the edge goes along, 0 for the others.
-    axis: [[f32; N]; 3],
+    pub(super) axis: [[f32; N]; 3],
     /// The samples at the edges' ends.
-    ends: [[f32; N]; 2],
+    pub(super) ends: [[f32; N]; 2],
     /// Fractions of the edges at which the vertices lie.
-    t: [f32; N],
+    pub(super) t: [f32; N],
     /// World positions of the vertices.
-    position: [[f32; N]; 3],
+    pub(super) position: [[f32; N]; 3],
 }
 
 impl<const N: usize> Crossings<N> {
@@ -74,10 +75,19 @@ impl<const N: usize> Crossings<N> {
         self.ends[1][i] = ends[1];
     }
 
-    /// From ends to fractions and positions. The fraction is where between the edge's ends the value
-    /// is iso; in the middle where the ends do not tell.
+    /// From ends to fractions and positions.
     #[inline(always)]
     fn place(&mut self, params: &Params) {
+        match params.placement {
+            Placement::Midpoint => self.t = [0.5; N],
+            Placement::Linear | Placement::Snapped { .. } => self.cross(params),
+        }
+        self.position(params);
+    }
+
+    /// From ends to fractions: where between the edge's ends the value is iso; in the middle where the ends do not tell.
+    #[inline(always)]
+    fn cross(&mut self, params: &Params) {
         let [a, b] = &self.ends;
         let mut small = false;
         for i in 0..N {
@@ -95,6 +105,11 @@ impl<const N: usize> Crossings<N> {
                 self.t[i] = crossing(params.iso, a[i], b[i]);
             }
         }
+    }
+
+    /// From fractions to positions.
+    #[inline(always)]
+    pub(super) fn position(&mut self, params: &Params) {
         for k in 0..3 {
             let [x, y, z] = [params.step_x[k], params.step_y[k], params.step_z[k]];
             for i in 0..N {
@@ -391,6 +406,9 @@ fn field_vertices(
         }
         batch.place(params);
         let count = vertices.len();
+        if matches!(params.placement, Placement::Snapped { .. }) {
+            snap(&mut batch, params, inside, field.here, count)?;
+        }
         let mut gradients = [[1.0; 3]; FIELD_LANES];
         let [x, y, z] = &batch.position;
         let points = Points { x: &x[..count], y: &y[..count], z: &z[..count] };
