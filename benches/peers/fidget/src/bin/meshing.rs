@@ -145,8 +145,8 @@ fn main() {
                 };
                 // The largest ε of a series that is good enough.
                 let goal = their_error[which];
-                let mut tried = (0..16).map(|i| {
-                    let error = goal * 2.0 * 0.75f64.powi(i) * [1.0, 4.0][which];
+                let mut tried = (0..30).map(|i| {
+                    let error = goal * 2.0 * 0.86f64.powi(i) * [1.0, 4.0][which];
                     (error, measure(error))
                 });
                 let Some((error, (ours, count))) = tried.find(|(_, (e, _))| e[which] <= goal * 1.0001 + 1e-7) else {
