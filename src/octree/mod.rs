@@ -64,7 +64,7 @@ pub struct Settings {
     /// grown size by size, so that what is left unsplit is small.
     pub budget: u64,
     /// Cells along the edge of the largest leaf that may hold surface; smaller features of a leaf's inside may be missed.
-    /// 0 for a sixteenth of the tree.
+    /// 0 for an eighth of the tree.
     pub coarsest: u32,
 }
 
