@@ -220,7 +220,7 @@ fn structures_lie_as_in_rust() {
         vertex_window outward_y neighbour_window outward_z neighbour_capacity points own_bricks slab_first slab_bricks
         slab_extent unused_a source_first unused_b source_extent unused_c first_vertices);
     let call =
-        members!(Call: iso iso_key flip outward_sign first_slot vertex_capacity triangle_capacity unused);
+        members!(Call: iso iso_key flip outward_sign first_slot vertex_capacity triangle_capacity epsilon);
     let work = members!(Work: active_bricks own_active vertices triangles non_finite runaway batch_slots batches
             run_slots run_vertices singular queued taken rounds slots needed_slots large_boxes small_boxes);
     let record = members!(BrickRecord: rows planes triangles);

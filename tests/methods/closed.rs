@@ -53,7 +53,7 @@ fn whatever_the_samples() {
         volumes.push(("checkers", padded(cells, |at| near(at) * (0.9 + 0.1 * random.unit()), -1.0), 0.0));
         // So small that their differences are not normal numbers.
         volumes.push(("tiny", padded(cells, |_| (random.unit() - 0.4) * 1e-38, -1e-38), 0.0));
-        volumes.push(("huge", padded(cells, |_| (random.unit() - 0.4) * 6e38, -3e38), 1e37));
+        volumes.push(("huge", padded(cells, |_| (random.unit() - 0.4) * 3e38, -3e38), 1e37));
     }
     for (name, volume, iso) in volumes {
         for options in options(iso) {

@@ -123,7 +123,7 @@ fn the_other_ways_agree() {
     for options in options(0.1) {
         let mut scene = Incremental::new(cube);
         for i in 0..6 {
-            let gyroid = Named::new("gyroid").unwrap().with("thickness", 0.1 * i as f32).unwrap();
+            let gyroid = Named::new("gyroid").unwrap().with("thickness", 0.1 * f64::from(i)).unwrap();
             scene.update(&gyroid, &options).unwrap();
             assert!(
                 bytes(scene.mesh()) == bytes(&on_cpu(&Source::Field(&gyroid, cube), &options)),
@@ -136,7 +136,7 @@ fn the_other_ways_agree() {
     let samples: Vec<u8> = (0..23 * 19 * 41).map(|_| (random.next() % 6) as u8).collect();
     let path = dir.path().join("samples.raw");
     std::fs::write(&path, &samples).unwrap();
-    let layout = RawLayout { dims: [23, 19, 41], scalar: Scalar::U8, ..RawLayout::default() };
+    let layout = RawLayout::new([23, 19, 41], Scalar::U8);
     let opening = OpenOptions { raw: Some(layout), max_bytes: None };
     let volume = isoforge::volume::open(&path, &opening).unwrap().volume;
     for options in options(2.5) {

@@ -8,7 +8,6 @@ use crate::gpu::kernel::{Bindings, Kernel, binding as b, made};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::refine::{RefineError, Settings};
 use crate::stage::params::{Params, Work};
-use bytemuck::Zeroable;
 use std::sync::Arc;
 use wgpu::BufferUsages as U;
 
