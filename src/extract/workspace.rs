@@ -13,7 +13,7 @@ use crate::stage::cull::{Bounds, Range};
 use crate::stage::emit::Emit;
 use crate::stage::normals::Normals;
 use crate::stage::params::{Params, Work};
-use crate::stage::sample::Sample;
+use crate::stage::sample::{Sample, Samplers};
 use crate::stage::shaders::{self, Samples};
 use crate::volume::Scalar;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use wgpu::BufferUsages as U;
 pub(crate) struct SourceKernels {
     pub(super) range: Range,
     pub(super) bounds: Option<Bounds>,
-    pub(crate) sample: Option<Sample>,
+    sample: Option<Samplers>,
     pub(super) classify: Classify,
     /// Classify that takes a field's samples itself, where the device's form has it. Only where emit finds those very
     /// samples: what another kernel takes once more may differ in its last bits.
@@ -36,7 +36,7 @@ impl SourceKernels {
     pub(super) fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
         let (sample, bounds) = match samples {
             Samples::Volume(_) => (None, None),
-            Samples::Field(wgsl) => (Some(Sample::new(gpu, wgsl)?), Bounds::new(gpu, wgsl)?),
+            Samples::Field(wgsl) => (Some(Samplers::new(wgsl)), Bounds::new(gpu, wgsl)?),
         };
         let classify_sampling = match samples {
             Samples::Field(wgsl) if gpu.takes_samples() && shaders::classify_samples(wgsl, gpu.form()) => {
@@ -67,6 +67,8 @@ pub struct Workspace {
     pub(crate) is_marked: bool,
     pub(crate) plan: Plan,
     pub(crate) kernels: Arc<SourceKernels>,
+    /// The sample stage for the grid, where the source is a field.
+    pub(crate) sample: Option<Arc<Sample>>,
     pub(super) field_parameters: wgpu::Buffer,
     /// Lists and samples that the field reads.
     pub(super) field_data: Arc<[u32]>,
@@ -143,6 +145,8 @@ impl Workspace {
                 odd: buffer("non-finite samples", 16)?,
             },
         };
+        let is_aligned = Params::new(source.grid(), 0.0, source.sense()).is_aligned();
+        let sample = kernels.sample.as_ref().map(|samplers| samplers.get(gpu, is_aligned)).transpose()?;
         let words = BrickMap::word_count(bricks);
         let workspace = Workspace {
             grid: *source.grid(),
@@ -151,6 +155,7 @@ impl Workspace {
             scalar,
             is_marked: false,
             kernels,
+            sample,
             field_parameters: gpu.buffer(
                 "field parameters",
                 16 * PARAMETER_VECTORS as u64,

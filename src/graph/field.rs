@@ -28,8 +28,8 @@ pub struct GraphField {
     sense: Sense,
 }
 
-/// The program's WGSL (values, gradient, intervals) and the data that it reads, once asked for.
-type Written = ([Arc<str>; 3], Arc<[u32]>);
+/// The program's WGSL (values, gradient, intervals; values by planes) and the data that it reads, once asked for.
+type Written = ([Arc<str>; 3], Option<Arc<str>>, Arc<[u32]>);
 
 /// Why a parameter could not be set.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -172,17 +172,19 @@ impl Field for GraphField {
     }
 
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
-        let ([value, gradient, interval], data) = self.wgsl.get_or_init(|| {
+        let ([value, gradient, interval], planes, data) = self.wgsl.get_or_init(|| {
             let texts = wgsl::write(&self.program);
             let leaves = self.program.tape.leaves.iter().flat_map(|leaf| leaf.data());
             let data: Vec<u32> = leaves.chain(texts.code).collect();
-            ([texts.value, texts.gradient, texts.interval].map(Arc::from), data.into())
+            let required = [texts.value, texts.gradient, texts.interval].map(Arc::from);
+            (required, texts.planes.map(Arc::from), data.into())
         });
         let places = wgsl::buffer_places(&self.program);
         Ok(Wgsl {
             value: value.clone(),
             gradient: Some(gradient.clone()),
             interval: Some(interval.clone()),
+            planes: planes.clone(),
             data: data.clone(),
             parameters: places.iter().map(|&i| self.uniforms[i as usize]).collect(),
             counts_loops: false,

@@ -22,8 +22,8 @@ pub(super) struct LatticeCode {
 }
 
 /// What a value is computed for.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Part {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Part {
     /// Each plane: of x and y it takes nothing.
     Planes,
     /// Each point of one plane: of z it takes nothing.
@@ -37,23 +37,31 @@ thread_local! {
     static SCRATCH: RefCell<(Vec<[f32; LANES]>, Vec<f32>)> = const { RefCell::new((Vec::new(), Vec::new())) };
 }
 
+fn part_of(parts: &[Part], operand: Operand) -> Option<Part> {
+    match operand {
+        Operand::Uniform(_) => None,
+        Operand::Axis(2) => Some(Part::Planes),
+        Operand::Axis(_) => Some(Part::OnePlane),
+        Operand::Value(i) => Some(parts[i as usize]),
+    }
+}
+
+/// What each value of a tape is computed for.
+pub(super) fn parts(tape: &Tape) -> Vec<Part> {
+    let mut parts: Vec<Part> = Vec::with_capacity(tape.instructions.len());
+    for instruction in &tape.instructions {
+        let mut operands = instruction.operands().iter().filter_map(|&operand| part_of(&parts, operand));
+        // Of uniforms alone, which pruning leaves, it is one number, too.
+        let first = operands.next().unwrap_or(Part::Planes);
+        parts.push(if operands.all(|part| part == first) { first } else { Part::Points });
+    }
+    parts
+}
+
 impl LatticeCode {
     /// `None` where nothing would be saved. `uniforms` is how many the field has.
     pub(super) fn new(tape: &Tape, uniforms: usize) -> Option<Self> {
-        let mut parts: Vec<Part> = Vec::with_capacity(tape.instructions.len());
-        let part_of = |parts: &[Part], operand| match operand {
-            Operand::Uniform(_) => None,
-            Operand::Axis(2) => Some(Part::Planes),
-            Operand::Axis(_) => Some(Part::OnePlane),
-            Operand::Value(i) => Some(parts[i as usize]),
-        };
-        for instruction in &tape.instructions {
-            let operands = instruction.operands().iter().filter_map(|&operand| part_of(&parts, operand));
-            let (low, high) = operands
-                .fold((Part::Points, Part::Planes), |(low, high), part| (low.min(part), high.max(part)));
-            // Of uniforms alone, which pruning leaves, it is one number, too.
-            parts.push(if low > high || low == high { high } else { Part::Points });
-        }
+        let parts = parts(tape);
         if parts.iter().all(|&part| part == Part::Points) {
             return None;
         }

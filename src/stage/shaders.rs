@@ -46,6 +46,7 @@ const INTERVAL: &str = include_str!("../../shaders/graph/interval.wgsl");
 const BOUNDS: &str = include_str!("../../shaders/bounds.wgsl");
 const CULL: &str = include_str!("../../shaders/cull.wgsl");
 const SAMPLE: &str = include_str!("../../shaders/sample.wgsl");
+const SAMPLE_PLANES: &str = include_str!("../../shaders/sample_planes.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/classify.wgsl");
 const MAP: &str = include_str!("../../shaders/shared/map.wgsl");
 const SCAN: &str = include_str!("../../shaders/scan.wgsl");
@@ -138,6 +139,12 @@ pub fn bounds(wgsl: &Wgsl) -> Option<String> {
 /// The sample stage of a field.
 pub fn sample(wgsl: &Wgsl) -> String {
     link(&[PARAMS, WORK, GRID, &field_part(wgsl, &wgsl.value), SAMPLE])
+}
+
+/// The sample stage of a field in a grid along the world's axes, if the field has parts for it.
+pub fn sample_planes(wgsl: &Wgsl) -> Option<String> {
+    let own = field_part(wgsl, wgsl.planes.as_deref()?);
+    Some(link(&[PARAMS, WORK, GRID, &own, SAMPLE_PLANES]))
 }
 
 /// Sums over workgroups of so many invocations.

@@ -1,7 +1,7 @@
 //! Values at the points of a lattice, in which parts of the expression are computed once a plane or once for all planes.
 
-use crate::common::Random;
-use crate::{field, reference, values};
+use crate::common::{self, Random};
+use crate::{field, on_gpu, reference, values};
 use isoforge::field::Field;
 use isoforge::graph::interval::Interval;
 use isoforge::graph::{Expr, x, y, z};
@@ -46,6 +46,33 @@ fn of_random_expressions() {
         }
     }
     assert!(whole > 900 && pruned > 30, "{whole} expressions, {pruned} of them pruned");
+}
+
+/// The two parts of WGSL together are the whole, on a software GPU bit for bit.
+///
+/// Goes red when the first part's values are not those that the second part asks for.
+#[test]
+fn same_bits_by_planes_on_the_gpu() {
+    let Some(gpu) = common::gpu().filter(|gpu| gpu.is_software()) else { return };
+    let mut random = Random(41);
+    let mut tried = 0;
+    for round in 0..30 {
+        let own = field(&(reference::random(&mut random, 4 + round).expr + x() * y() + z()));
+        if own.wgsl().unwrap().planes.is_none() {
+            continue;
+        }
+        tried += 1;
+        let points: Vec<[f32; 3]> = (0..300).map(|_| [0; 3].map(|_| (random.unit() - 0.5) * 3.0)).collect();
+        let [whole, parts] =
+            [on_gpu::values(gpu, &own, &points), on_gpu::values_by_planes(gpu, &own, &points)];
+        for (a, b) in whole.into_iter().zip(parts) {
+            assert!(
+                a == b || (!a.is_finite() && !b.is_finite()),
+                "{a:?} as a whole, {b:?} in parts: {own:?}"
+            );
+        }
+    }
+    assert!(tried > 20, "{tried}");
 }
 
 /// What has nothing to compute but coordinates and numbers, or one coordinate alone.
