@@ -78,23 +78,11 @@ fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32, slot: u32) -> u32 {
         select(select(two, 0u, axis == 1u), one, axis == 0u),
         select(two, 0u, axis == 2u),
     );
-    // 1 where the owner lies in the next brick along an axis.
-    let next = owner >> vec3<u32>(3u);
-    let p = owner & vec3<u32>(7u);
-    let bit = 8u * axis + p.x;
-    if all(next == vec3<u32>(0u)) {
-        return own_vertex(p.y + 8u * p.z, bit, slot);
-    }
-    let there = slot_of_brick(brick + next.x + params.slab_extent.x * (next.y + params.slab_extent.y * next.z));
-    let row = records[there].rows[p.y + 8u * p.z];
-    let earlier = row & ((1u << bit) - 1u);
-    let before = (records[there].planes[p.z] & 0xffffu) + (row >> 24u) + countOneBits(earlier);
-    return params.first_vertices[next.y + 2u * next.z] + offsets[there].x + before;
+    return owned_vertex(owner, axis, brick, slot);
 }
 
-// The three vertices of triangle `t` of a cell whose corners make the case.
-fn triangle_of(t: u32, case_byte: u32, cell: vec3<u32>, brick: u32, slot: u32) -> vec3<u32> {
-    let words = table_words(case_byte);
+// The three vertices of triangle `t` of a cell of whose case the table has these words.
+fn triangle_of(t: u32, words: vec2<u32>, cell: vec3<u32>, brick: u32, slot: u32) -> vec3<u32> {
     // Behind the count, four bits an edge.
     let shift = 4u + 12u * t;
     var edges = words.x >> min(shift, 31u);
@@ -116,14 +104,14 @@ fn write_triangles(slot: u32, brick: u32, origin: vec3<u32>, row: u32) {
     let in_plane = (records[slot].triangles[row / 2u] >> (16u * (row & 1u))) & 0xffffu;
     var triangle = params.first_triangle + offsets[slot].y + (records[slot].planes[z] >> 16u) + in_plane;
     triangle -= params.triangle_window;
-    let bits = rows_at(slot, origin, y, z);
+    let bits = cell_rows(slot, origin, y, z);
     for (var mixed = mixed_cells(bits, row_shape(origin, y, z)); mixed != 0u; mixed &= mixed - 1u) {
         let x = countTrailingZeros(mixed);
-        let case_byte = cell_case(bits, x);
-        let count = table_words(case_byte).x & 15u;
+        let words = table_words(cell_case(bits, x));
+        let count = words.x & 15u;
         for (var t = 0u; t < count; t++) {
             if triangle < call.triangle_capacity {
-                let corners = triangle_of(t, case_byte, vec3<u32>(x, y, z), brick, slot);
+                let corners = triangle_of(t, words, vec3<u32>(x, y, z), brick, slot);
                 indices[3u * triangle] = corners.x;
                 indices[3u * triangle + 1u] = corners.y;
                 indices[3u * triangle + 2u] = corners.z;

@@ -217,9 +217,12 @@ pub fn emit(samples: Samples<'_>, normals: Normals, form: Form) -> String {
     // A brick has at most 1536 vertices. Where loops are counted an invocation should make few of them.
     let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
     let lanes = if counted { "const LANES = 256u;" } else { "const LANES = 64u;" };
-    let of_form = if form == Form::Serial { EMIT_SERIAL } else { EMIT_SHARED };
+    let of_form = match form {
+        Form::Serial => link(&[SERIAL_ROWS, EMIT_SERIAL]),
+        Form::Shared | Form::Subgroup => EMIT_SHARED.into(),
+    };
     let shared = link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, READ_MAP, MAP, ROW, UNIT]);
-    link(&[&shared, &source, lanes, &rows(form), EMIT, of_form])
+    link(&[&shared, &source, lanes, EMIT, &of_form])
 }
 
 /// The tracker's continuation, for samples of a volume of that type, or for those that were taken of a field.
