@@ -63,6 +63,7 @@ fn fields() -> Vec<(String, Wgsl)> {
         value: "fn density(p: vec3<f32>) -> f32 { return bitcast<f32>(field_data[u32(p.x)]); }".into(),
         gradient: None,
         interval: None,
+        planes: None,
         data: [1].into(),
         parameters: Vec::new(),
         counts_loops: false,
@@ -106,6 +107,9 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
         let samples = Samples::Field(&wgsl);
         sources.push((format!("cull, {name}"), shaders::cull(samples)));
         sources.push((format!("sample, {name}"), shaders::sample(&wgsl)));
+        sources.extend(
+            shaders::sample_planes(&wgsl).map(|source| (format!("sample by planes, {name}"), source)),
+        );
         sources.extend(shaders::bounds(&wgsl).map(|source| (format!("bounds, {name}"), source)));
         sources.push((format!("refine place, {name}"), shaders::refine_place(&wgsl)));
         for form in Form::ALL {

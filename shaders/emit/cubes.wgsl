@@ -9,20 +9,7 @@ fn along(axis: u32) -> vec3<u32> {
 
 // Number of the vertex on edge `edge` of the cell whose lowest corner is point `cell` of the brick.
 fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32, slot: u32) -> u32 {
-    let axis = edge >> 2u;
-    let owner = cell + lower_corner(edge);
-    // 1 where the owner lies in the next brick along an axis.
-    let next = owner >> vec3<u32>(3u);
-    let p = owner & vec3<u32>(7u);
-    let bit = 8u * axis + p.x;
-    if all(next == vec3<u32>(0u)) {
-        return own_vertex(p.y + 8u * p.z, bit, slot);
-    }
-    let there = slot_of_brick(brick + next.x + params.slab_extent.x * (next.y + params.slab_extent.y * next.z));
-    let row = records[there].rows[p.y + 8u * p.z];
-    let earlier = row & ((1u << bit) - 1u);
-    let before = (records[there].planes[p.z] & 0xffffu) + (row >> 24u) + countOneBits(earlier);
-    return params.first_vertices[next.y + 2u * next.z] + offsets[there].x + before;
+    return owned_vertex(cell + lower_corner(edge), edge >> 2u, brick, slot);
 }
 
 // Number of the vertex at a corner of a triangle; `centre` is that of the cell's first one within.
@@ -34,7 +21,7 @@ fn corner_vertex(corner: u32, cell: vec3<u32>, brick: u32, slot: u32, centre: u3
 }
 
 // The three vertices of triangle `t` of a cell.
-fn triangle_of(t: u32, entry: u32, cell: vec3<u32>, brick: u32, slot: u32, centre: u32) -> vec3<u32> {
+fn triangle_of(t: u32, entry: Entry, cell: vec3<u32>, brick: u32, slot: u32, centre: u32) -> vec3<u32> {
     let corners = triangle_corners(entry, t);
     let a = corner_vertex(corners & 15u, cell, brick, slot, centre);
     let b = corner_vertex((corners >> 4u) & 15u, cell, brick, slot, centre);
@@ -73,7 +60,7 @@ fn write_triangles(slot: u32, brick: u32, origin: vec3<u32>, row: u32) {
     if HAS_CENTRES && centres_of_row(slot, row) > 0u {
         centre = first_centre(slot, row);
     }
-    let bits = rows_at(slot, origin, y, z);
+    let bits = cell_rows(slot, origin, y, z);
     for (var mixed = mixed_cells(bits, row_shape(origin, y, z)); mixed != 0u; mixed &= mixed - 1u) {
         let cell = vec3<u32>(countTrailingZeros(mixed), y, z);
         let entry = cell_entry(slot, origin, cell, cell_case(bits, cell.x));

@@ -5,7 +5,7 @@ use super::progress::Progress;
 use super::source::{Loaded, Opened};
 use super::stats::{Seconds, Stats};
 use super::watchdog::{EXTRACTING, Watchdog};
-use super::{Failure, backend, method, picture, planes, source};
+use super::{Failure, backend, method, picture, planes, source, tell};
 use crate::extract::{Capped, ExtractError, Extractor, Options, Report, Source, extract_on_cpu};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::grid::Grid;
@@ -34,7 +34,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let progress = Progress::new(args.quiet);
     let remark = |text: &str| {
         if !args.quiet {
-            eprintln!("isoforge: {text}");
+            tell(text);
         }
     };
 

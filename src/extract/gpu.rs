@@ -19,7 +19,7 @@ use std::time::Instant;
 use wgpu::BufferUsages as U;
 
 /// The WGSL of a field.
-type Texts = [Arc<str>; 3];
+type Texts = [Arc<str>; 4];
 
 /// The pipelines of extraction on one device, compiled once; a field's are compiled when it is first
 /// seen (those of the last 64 are kept), and changing its parameters compiles nothing.
@@ -75,8 +75,9 @@ impl Extractor {
 
     fn field_kernels(&self, wgsl: &Wgsl) -> Result<Arc<SourceKernels>, GpuError> {
         let none = || Arc::from("");
-        let [gradient, interval] = [&wgsl.gradient, &wgsl.interval].map(|t| t.clone().unwrap_or_else(none));
-        let key = [wgsl.value.clone(), gradient, interval];
+        let [gradient, interval, planes] =
+            [&wgsl.gradient, &wgsl.interval, &wgsl.planes].map(|t| t.clone().unwrap_or_else(none));
+        let key = [wgsl.value.clone(), gradient, interval, planes];
         self.fields.get(key, || SourceKernels::new(&self.gpu, Samples::Field(wgsl)))
     }
 

@@ -58,6 +58,7 @@ const INTERVAL: &str = include_str!("../../shaders/graph/interval.wgsl");
 const BOUNDS: &str = include_str!("../../shaders/bounds.wgsl");
 const CULL: &str = include_str!("../../shaders/cull.wgsl");
 const SAMPLE: &str = include_str!("../../shaders/sample.wgsl");
+const SAMPLE_PLANES: &str = include_str!("../../shaders/sample_planes.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/classify.wgsl");
 const CLASSIFY_TETRAHEDRA: &str = include_str!("../../shaders/classify/tetrahedra.wgsl");
 const TETRA_RECORD: &str = include_str!("../../shaders/shared/tetra_record.wgsl");
@@ -152,6 +153,12 @@ pub fn bounds(wgsl: &Wgsl) -> Option<String> {
 /// The sample stage of a field.
 pub fn sample(wgsl: &Wgsl) -> String {
     link(&[PARAMS, WORK, GRID, &field_part(wgsl, &wgsl.value), SAMPLE])
+}
+
+/// The sample stage of a field in a grid along the world's axes, if the field has parts for it.
+pub fn sample_planes(wgsl: &Wgsl) -> Option<String> {
+    let own = field_part(wgsl, wgsl.planes.as_deref()?);
+    Some(link(&[PARAMS, WORK, GRID, &own, SAMPLE_PLANES]))
 }
 
 /// Sums over workgroups of so many invocations.
@@ -258,10 +265,13 @@ pub fn emit(
     // A brick has at most 1536 vertices. Where loops are counted, or the field is asked often, an invocation should make few.
     let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
     let lanes = if counted || is_snapped { "const LANES = 256u;" } else { "const LANES = 64u;" };
-    let of_form = if form == Form::Serial { EMIT_SERIAL } else { EMIT_SHARED };
+    let of_form = match form {
+        Form::Serial => link(&[SERIAL_ROWS, EMIT_SERIAL]),
+        Form::Shared | Form::Subgroup => EMIT_SHARED.into(),
+    };
     let shared = link(&[PARAMS, WORK, INSIDE, GRID, HEADER, READ_MAP, MAP, ROW, UNIT]);
     let shared = link(&[&shared, &source, lanes, &cases(method), EMIT, place]);
-    let cubes = || link(&[&shared, RECORD, &rows(form), EMIT_CUBES, of_form]);
+    let cubes = || link(&[&shared, RECORD, EMIT_CUBES, &of_form]);
     match method {
         Method::MarchingCubes => cubes(),
         Method::Mc33 => link(&[&cubes(), EMIT_CENTRES]),

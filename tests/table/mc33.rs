@@ -189,7 +189,7 @@ fn check_row(
             (0..8).filter(|&c| inside(case, c) == sign).map(|c| group[usize::from(c)]).collect();
         assert_eq!(own.len(), 2, "{name}: a tunnel joins two groups");
         let (from, to) = (own.first().copied(), own.last().copied());
-        group.iter_mut().filter(|g| Some(**g) == from).for_each(|g| *g = to.unwrap_or(**g));
+        group.iter_mut().filter(|g| Some(**g) == from).for_each(|g| *g = to.unwrap_or(*g));
     }
     let sides: BTreeSet<BTreeSet<usize>> = part
         .keys()
