@@ -72,8 +72,8 @@ fn snapped_vertices_lie_on_the_surface() {
 
 #[test]
 fn the_middle_and_what_is_refused() {
-    let (sphere, grid) = common::named("sphere", 12);
-    let source = Source::Field(&sphere, grid);
+    let (torus, grid) = common::named("torus", 12);
+    let source = Source::Field(&torus, grid);
     for options in options(0.0) {
         let mesh = meshes(&source, &Options { placement: Placement::Midpoint, ..options });
         if options.method == Method::MarchingCubes {
