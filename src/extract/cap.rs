@@ -10,7 +10,8 @@ use crate::field::differences::central;
 use crate::field::{Field, LatticeValues, NoForm, Points, Sense, Wgsl, Within};
 use crate::graph::interval::Interval;
 use crate::grid::{Grid, GridError};
-use crate::stage::shaders::CENTRAL;
+use crate::stage::params::Params;
+use crate::stage::shaders::{CAP_GRADIENT, CAP_INTERVAL, CAP_VALUE, CENTRAL};
 use crate::volume::Volume;
 use glam::{Mat3, Vec3};
 use std::sync::Arc;
@@ -50,7 +51,7 @@ impl<'a> Capped<'a> {
         Ok(match source {
             Source::Field(field, _) => {
                 let rows = grid.step().as_dmat3().inverse().as_mat3().transpose();
-                let delta = grid.shortest_step() as f32 / 100.0;
+                let delta = Params::new(&wider, iso, source.sense()).delta;
                 Self::Field(Box::new(CappedField { field: *field, grid: *grid, wider, rows, outward, delta }))
             }
             Source::Volume(volume) => Self::Volume(padded(volume, wider, iso, outward)),
@@ -195,66 +196,41 @@ impl Field for CappedField<'_> {
 
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
         let own = self.field.wgsl()?;
-        let number = |v: f32| format!("{v:?}f");
-        let vector = |v: Vec3| format!("vec3<f32>({}, {}, {})", number(v.x), number(v.y), number(v.z));
-        let rows = [self.rows.x_axis, self.rows.y_axis, self.rows.z_axis];
-        let cells = self.grid.cells().as_vec3();
-        // Each text has its own copy, since others may lie beside it.
-        let coordinates = |of: &str| {
-            format!(
-                "fn {of}_coordinates(p: vec3<f32>) -> vec3<f32> {{\n    let way = p - {};\n    \
-                 return vec3<f32>(dot({}, way), dot({}, way), dot({}, way));\n}}\n",
-                vector(self.grid.origin()),
-                vector(rows[0]),
-                vector(rows[1]),
-                vector(rows[2]),
-            )
+        let capped = |text: &str, name: &str, cap: &str| {
+            Arc::from([&renamed(text), &self.constants(name), cap].join("\n"))
         };
-        let (far, end) = (number(self.far()), vector(cells + 0.5));
-        let value = format!(
-            "{}{}fn density(p: vec3<f32>) -> f32 {{\n    let q = capped_coordinates(p);\n    \
-             if all(q >= vec3<f32>(-0.5)) && all(q <= {end}) {{\n        return capped_density(p);\n    }}\n    \
-             return {far};\n}}\n",
-            renamed(&own.value, "capped_"),
-            coordinates("capped"),
-        );
-        let uncapped = match &own.gradient {
-            Some(gradient) => renamed(gradient, "uncapped_"),
-            None => renamed(&[&own.value, CENTRAL].join("\n"), "uncapped_"),
+        let value: Arc<str> = capped(&own.value, "VALUE", CAP_VALUE);
+        let gradient = match &own.gradient {
+            Some(gradient) => capped(gradient, "GRADIENT", CAP_GRADIENT),
+            // Differences need the values; a text that has them says so by defining `density`.
+            None => [&value, &*capped(CENTRAL, "GRADIENT", CAP_GRADIENT)].join("\n").into(),
         };
-        let mut gradient = uncapped + &coordinates("cap");
-        gradient += "fn density_gradient(p: vec3<f32>) -> vec3<f32> {\n    let q = cap_coordinates(p);\n    var of_cap = vec3<f32>(0.0);\n";
-        for (k, row) in rows.into_iter().enumerate() {
-            let out = row.normalize() * self.outward;
-            let axis = ["x", "y", "z"][k];
-            let (low, high) = (number(ON_BORDER), number(cells[k] - ON_BORDER));
-            gradient += &format!("    if q.{axis} < {low} {{ of_cap -= {}; }}\n", vector(out));
-            gradient += &format!("    if q.{axis} > {high} {{ of_cap += {}; }}\n", vector(out));
-        }
-        gradient += "    if any(of_cap != vec3<f32>(0.0)) {\n        return of_cap;\n    }\n    return uncapped_density_gradient(p);\n}\n";
-        let interval = own.interval.as_ref().map(|interval| {
-            let (inner, last) = (number(ON_BORDER), vector(cells - ON_BORDER));
-            format!(
-                "{}{}fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32> {{\n    \
-                 var low = bounds_coordinates(vec3<f32>(x.x, y.x, z.x));\n    var high = low;\n    \
-                 for (var i = 1u; i < 8u; i++) {{\n        \
-                 let q = bounds_coordinates(vec3<f32>(x[i & 1u], y[(i >> 1u) & 1u], z[i >> 2u]));\n        \
-                 low = min(low, q);\n        high = max(high, q);\n    }}\n    \
-                 if any(low > {end}) || any(high < vec3<f32>(-0.5)) {{\n        return iv_point({far});\n    }}\n    \
-                 let inside = capped_density_interval(x, y, z);\n    \
-                 if all(low > vec3<f32>({inner})) && all(high < {last}) {{\n        return inside;\n    }}\n    \
-                 return iv_hull(inside, iv_point({far}));\n}}\n",
-                renamed(interval, "capped_"),
-                coordinates("bounds"),
-            )
-        });
         Ok(Wgsl {
-            value: value.into(),
-            gradient: Some(gradient.into()),
-            interval: interval.map(Arc::from),
+            value,
+            gradient: Some(gradient),
+            interval: own.interval.as_ref().map(|interval| capped(interval, "INTERVAL", CAP_INTERVAL)),
             planes: None,
             ..own
         })
+    }
+}
+
+impl CappedField<'_> {
+    /// The domain in WGSL; each text has its own copy, since others may lie beside it.
+    fn constants(&self, name: &str) -> String {
+        let vector = |v: Vec3| format!("vec3<f32>({:?}f, {:?}f, {:?}f)", v.x, v.y, v.z);
+        let three = |rows: [Vec3; 3]| format!("array<vec3<f32>, 3>({})", rows.map(vector).join(", "));
+        let rows = [self.rows.x_axis, self.rows.y_axis, self.rows.z_axis];
+        let out = rows.map(|row| row.normalize() * self.outward);
+        format!(
+            "const {name}_ORIGIN = {};\nconst {name}_ROWS = {};\nconst {name}_CELLS = {};\nconst {name}_OUT = {};\n\
+             const {name}_FAR = {:?}f;\nconst {name}_NEAR = {ON_BORDER:?}f;\n",
+            vector(self.grid.origin()),
+            three(rows),
+            vector(self.grid.cells().as_vec3()),
+            three(out),
+            self.far(),
+        )
     }
 }
 
@@ -283,17 +259,16 @@ impl LatticeValues for CappedField<'_> {
     }
 }
 
-/// The text with `prefix` before the names of a field's functions.
-fn renamed(text: &str, prefix: &str) -> String {
+/// The text with `capped_` before the names of a field's functions.
+fn renamed(text: &str) -> String {
     const NAMES: [&str; 3] = ["density", "density_gradient", "density_interval"];
     let is_of_name = |c: char| c.is_alphanumeric() || c == '_';
     let mut made = String::with_capacity(text.len() + 64);
     let mut rest = text;
     while !rest.is_empty() {
-        let end = rest.find(|c| !is_of_name(c)).unwrap_or(rest.len());
-        let (name, after) = rest.split_at(end);
+        let (name, after) = rest.split_at(rest.find(|c| !is_of_name(c)).unwrap_or(rest.len()));
         if NAMES.contains(&name) {
-            made += prefix;
+            made += "capped_";
         }
         made += name;
         let next = after.find(is_of_name).unwrap_or(after.len());

@@ -65,7 +65,7 @@ pub struct Wgsl {
     /// [`noise`] have (there `sin_turns` and `cos_turns`, the others as `iso_exp` and so on).
     pub value: Arc<str>,
     /// Defines `fn density_gradient(p: vec3<f32>) -> vec3<f32>`, without `value` beside it, and no name that `value`
-    /// defines: the refiner has both. Where there is none, central differences are taken.
+    /// defines: the refiner has both; or `value` is a part of it. Where there is none, central differences are taken.
     pub gradient: Option<Arc<str>>,
     /// Defines `fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32>`: bounds of the
     /// values over a box, lowest first ([`crate::graph::interval`]). Where there is none, no brick is culled.

@@ -51,6 +51,9 @@ const EMIT_TETRAHEDRA: &str = include_str!("../../shaders/emit/tetrahedra.wgsl")
 const EMIT_CENTRES: &str = include_str!("../../shaders/emit/centres.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
 pub(crate) const CENTRAL: &str = include_str!("../../shaders/source/central.wgsl");
+pub(crate) const CAP_VALUE: &str = include_str!("../../shaders/cap/value.wgsl");
+pub(crate) const CAP_GRADIENT: &str = include_str!("../../shaders/cap/gradient.wgsl");
+pub(crate) const CAP_INTERVAL: &str = include_str!("../../shaders/cap/interval.wgsl");
 const FORWARD: &str = include_str!("../../shaders/source/forward.wgsl");
 const STRADDLES: &str = include_str!("../../shaders/shared/straddles.wgsl");
 const EXACT: &str = include_str!("../../shaders/graph/exact.wgsl");
@@ -133,6 +136,11 @@ fn field_part(wgsl: &Wgsl, functions: &str) -> String {
         NO_LOOPS.into()
     };
     link(&[FUNCTIONS, NOISE, &parameters, EXACT, data, functions, &loops])
+}
+
+/// Both functions: the gradient's text may have that of the value in it.
+fn value_and_gradient(wgsl: &Wgsl, gradient: &str) -> String {
+    if gradient.contains("fn density(") { gradient.into() } else { link(&[&wgsl.value, gradient]) }
 }
 
 /// Everything of cull; `range` reads the samples.
@@ -249,7 +257,7 @@ pub fn emit(
         Samples::Volume(scalar) => link(&[&volume(scalar), NO_LOOPS]),
         Samples::Field(wgsl) => {
             let functions = match (normals, &wgsl.gradient) {
-                (Normals::Exact, Some(own)) if is_snapped => link(&[&wgsl.value, own]),
+                (Normals::Exact, Some(own)) if is_snapped => value_and_gradient(wgsl, own),
                 (Normals::Exact, Some(own)) => own.to_string(),
                 (Normals::Exact | Normals::Central { .. }, _) => link(&[&wgsl.value, CENTRAL]),
                 (Normals::Forward { .. }, _) => link(&[&wgsl.value, FORWARD]),
@@ -313,7 +321,7 @@ pub fn refine_tasks() -> String {
 /// The refiner's placing of vertices on the surface of a field.
 pub fn refine_place(wgsl: &Wgsl) -> String {
     let gradient = wgsl.gradient.as_deref().unwrap_or(CENTRAL);
-    let own = field_part(wgsl, &link(&[&wgsl.value, gradient]));
+    let own = field_part(wgsl, &value_and_gradient(wgsl, gradient));
     link(&[FINITE, REFINE, UNIT, &own, REFINE_TASK, REFINE_SEARCH, REFINE_PLACE])
 }
 

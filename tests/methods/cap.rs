@@ -3,8 +3,9 @@
 use crate::common::{self, Random};
 use crate::{bytes, on_cpu, on_gpu, options};
 use glam::{Mat3, Vec3};
-use isoforge::extract::{Capped, Normals, Options, Source};
+use isoforge::extract::{Capped, Normals, Options, Placement, Source};
 use isoforge::field::named::Named;
+use isoforge::field::user::UserField;
 use isoforge::field::{Closure, Sense};
 use isoforge::grid::Grid;
 use isoforge::mesh::Mesh;
@@ -106,6 +107,23 @@ fn borders_close() {
                 let sum = mesh.check().volume + rest.check().volume;
                 assert!((sum - box_volume).abs() < 1e-3 * box_volume, "{sum} of {box_volume}");
             }
+        }
+    }
+    // A field without gradient, that a GPU has as it was written; its vertices snapped, too.
+    let wgsl = "fn radius(p: vec3<f32>) -> f32 { return sqrt((p.x * p.x + p.y * p.y) + p.z * p.z); }\n\
+                fn density(p: vec3<f32>) -> f32 { return radius(p) - 1.2; }";
+    let ball = |p: Vec3| ((p.x * p.x + p.y * p.y) + p.z * p.z).sqrt() - 1.2;
+    let ball =
+        Closure::new(Sense::Below, ball).with_wgsl(UserField::new(wgsl, "ball", Sense::Below).unwrap());
+    let grid = Grid::from_bounds([17, 20, 15], Vec3::NEG_ONE, Vec3::ONE).unwrap();
+    for options in options(0.0) {
+        for placement in [Placement::Linear, Placement::Snapped { epsilon: 1e-4 }] {
+            let mesh = capped(&Source::Field(&ball, grid), &Options { placement, ..options });
+            assert_closed(&mesh, &format!("ball, {options:?}"));
+            // The ball without the caps beyond the box's sides.
+            let cut = std::f64::consts::PI * 0.2f64.powi(2) * (3.6 - 0.2) / 3.0;
+            let expected = std::f64::consts::PI * 4.0 / 3.0 * 1.2f64.powi(3) - 6.0 * cut;
+            assert!((mesh.check().volume / expected - 1.0).abs() < 0.01, "{}", mesh.check().volume);
         }
     }
     // Culling by intervals changes nothing, nor do normals by differences; a field without gradient has them always.
