@@ -2,9 +2,9 @@
 //! numbers ([`exact`]) and counted without a triangle ([`topology`]). The oracle in turn is held against the same
 //! interpolant sampled finely ([`supersample`]), and the checker of the crate against a count made here ([`count`]).
 
-mod common;
 #[path = "oracle/checker.rs"]
 mod checker;
+mod common;
 #[path = "oracle/count.rs"]
 mod count;
 #[path = "oracle/exact.rs"]

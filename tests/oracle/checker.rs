@@ -56,7 +56,7 @@ fn the_checker_counts_the_same() {
     for kind in Kind::ALL {
         for seed in 0..4 {
             let grids: Vec<Small> = (0..8).map(|i| kind.grid(6, 8 * seed + i)).collect();
-            let packed = Packed::new(&grids, seed);
+            let packed = Packed::new(kind, &grids, seed);
             for method in Method::ALL {
                 for (backend, mut mesh) in meshes(&packed, &packed.options(method)) {
                     let name = format!("{kind:?} {seed} {method:?} {backend}");

@@ -7,7 +7,7 @@
 
 use std::cmp::Ordering;
 
-/// Differences from iso at the corners; below 2²⁴, so that everything here fits in an `i128`.
+/// Differences from iso at the corners; up to 2³⁰, so that everything here fits in an `i128`.
 pub type Cell = [i64; 8];
 
 /// Which corners are connected, by the lowest corner of each region.
@@ -141,7 +141,7 @@ fn through(regions: &mut Regions, cell: &Cell, axis: usize) -> Option<()> {
     let q = Quadratic::product(a, c).minus(Quadratic::product(b, d));
     for positive in [[true, false, true, false], [false, true, false, true]] {
         let Some([low, high]) = run(lines, positive) else { continue };
-        let mut signs = vec![q.sign_at(low), q.sign_at(high)];
+        let mut signs = [q.sign_at(low), q.sign_at(high), Ordering::Equal];
         if let Some((at, sign)) = q.extremum()
             && low.cmp(at) == Ordering::Less
             && at.cmp(high) == Ordering::Less
@@ -149,7 +149,7 @@ fn through(regions: &mut Regions, cell: &Cell, axis: usize) -> Option<()> {
             if sign == Ordering::Equal {
                 return None;
             }
-            signs.push(sign);
+            signs[2] = sign;
         }
         // The ends are not of the run, but what is over or under 0 there is so beside them.
         for (sign, [m, n]) in [(Ordering::Greater, [0, 2]), (Ordering::Less, [1, 3])] {

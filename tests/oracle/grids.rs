@@ -8,25 +8,36 @@ use isoforge::field::Sense;
 use isoforge::grid::Grid;
 use isoforge::volume::Volume;
 
-/// What the values of a grid are like. All are whole numbers that are not 0 and below 2²³, inside where they are positive.
+/// What the values of a grid are like. All are whole numbers, inside where they are positive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// All alike.
     Uniform,
-    /// Near whole numbers from −3 to 3: ties broken by a thousandth.
+    /// Near whole numbers from −3 to 3: ties broken by a hundredth.
     Integers,
     /// Values near each other, alternating signs, and sizes from 1 to 2²²: ambiguous faces and bodies, decided by the
     /// last bits.
     Adversarial,
-    /// Whole numbers from −3 to 3. Those that equal iso are outside, by as little as one likes.
+    /// Every fifth equals iso: outside, by as little as one likes.
     Ties,
+    /// Floats whose differences from iso are no floats; near each other at that.
+    Rounded,
 }
 
-/// A tie, as the oracle takes it: so little that no other decision depends on how much.
-const UNIT: i64 = 1 << 18;
+/// What a tie is to the oracle: so little beside [`UNIT`] that no other decision depends on how much.
+const TIE: i64 = -1;
+
+/// By how much the values that ties are among are multiplied.
+const UNIT: i64 = 64;
+
+/// 0.7, nearly, in the unit of [`Kind::Rounded`], 2⁻²⁴.
+const SEVEN_TENTHS: i64 = 11_744_051;
+
+/// What lies around every grid, a float whatever the kind.
+pub const BORDER: i64 = -(1 << 20);
 
 impl Kind {
-    pub const ALL: [Self; 4] = [Self::Uniform, Self::Integers, Self::Adversarial, Self::Ties];
+    pub const ALL: [Self; 5] = [Self::Uniform, Self::Integers, Self::Adversarial, Self::Ties, Self::Rounded];
 
     /// A grid of `n` points along each axis, and a border of points outside.
     pub fn grid(self, n: usize, seed: u64) -> Small {
@@ -35,8 +46,19 @@ impl Kind {
         let flavour = random.next() % 4;
         let mut value = |at: [usize; 3]| match self {
             Self::Uniform => (random.next() >> 41) as i64 * 2 + 1 - (1 << 23),
-            Self::Integers => 4096 * (random.next() % 7) as i64 - 3 * 4096 + (random.next() % 8) as i64 * 2 - 7,
-            Self::Ties => UNIT * ((random.next() % 7) as i64 - 3),
+            Self::Integers => {
+                ((random.next() % 7) as i64 - 3) * (1 << 16) + (random.next() % 512) as i64 * 2 - 511
+            }
+            Self::Ties if random.next() % 5 == 0 => 0,
+            Self::Ties => (random.next() >> 41) as i64 * 2 + 1 - (1 << 23),
+            Self::Rounded => {
+                // Around 16, whose last bit is 32 units, and around −14.6, whose last is 16.
+                let far = [
+                    (1 << 28) + 32 * (random.next() % 512) as i64,
+                    -16 * (15_309_209 + (random.next() % 512) as i64),
+                ];
+                far[(random.next() % 2) as usize] - SEVEN_TENTHS
+            }
             Self::Adversarial => {
                 let odd = at.iter().sum::<usize>() % 2 == 1;
                 let any = random.next() % 2 == 1;
@@ -52,7 +74,7 @@ impl Kind {
                 if inside { size } else { -size }
             }
         };
-        let mut values = vec![-(1 << 20); points.pow(3)];
+        let mut values = vec![BORDER; points.pow(3)];
         for z in 1..=n {
             for y in 1..=n {
                 for x in 1..=n {
@@ -75,26 +97,30 @@ pub struct Packed {
 }
 
 impl Packed {
-    /// Whichever side of whatever iso is inside, and in whatever units: `seed` tells.
-    pub fn new(grids: &[Small], seed: u64) -> Self {
+    /// Whichever side of whatever iso is inside, and in whatever unit, as `seed` tells where `kind` does not.
+    pub fn new(kind: Kind, grids: &[Small], seed: u64) -> Self {
         let mut random = Random(seed);
+        let mut iso = [0, (random.next() % (1 << 22)) as i64][(random.next() % 2) as usize];
+        let mut sense = [Sense::Above, Sense::Below][(random.next() % 2) as usize];
+        // The products of the last are none that floats could hold.
+        let mut unit = [1.0, 2f32.powi(-24), 2f32.powi(-90), 2f32.powi(90)][(random.next() % 4) as usize];
+        if kind == Kind::Rounded {
+            (iso, sense, unit) = (SEVEN_TENTHS, Sense::Above, 2f32.powi(-24));
+        }
         let n = grids[0].points;
         let pitch = n - 1;
         // As near to a cube as it takes.
         let side = (grids.len() as f64).cbrt().ceil() as u32;
         let across = UVec3::new(side, side, (grids.len() as u32).div_ceil(side * side));
-        let sense = [Sense::Above, Sense::Below][(random.next() % 2) as usize];
-        let iso = [0, (random.next() % (1 << 22)) as i64][(random.next() % 2) as usize];
-        let unit = [1.0, 1.0 / 8192.0][(random.next() % 2) as usize];
-        // Below 2²⁴ all whole numbers are floats.
         let exact = |v: i64| {
-            assert!(v.abs() <= 1 << 24);
+            assert_eq!(v as f32 as i64, v, "a whole number that a float holds");
             v as f32 * unit
         };
         let value = |v: i64| exact(if sense == Sense::Above { iso + v } else { iso - v });
-        let grid = Grid::new((across * pitch as u32).to_array(), Vec3::ZERO, Mat3::IDENTITY).expect("a good grid");
+        let grid =
+            Grid::new((across * pitch as u32).to_array(), Vec3::ZERO, Mat3::IDENTITY).expect("a good grid");
         let [w, h] = [grid.points().x as usize, grid.points().y as usize];
-        let mut values = vec![value(-(1 << 20)); grid.point_count() as usize];
+        let mut values = vec![value(BORDER); grid.point_count() as usize];
         for (i, small) in grids.iter().enumerate() {
             let low = Self::low(across, i).map(|at| at * pitch);
             for (row, from) in small.values.chunks(n).enumerate() {
@@ -124,5 +150,7 @@ impl Packed {
 
 /// Replaces what equals iso by what is hardly outside.
 pub fn break_ties(grid: &mut Small) {
-    grid.values.iter_mut().filter(|v| **v == 0).for_each(|v| *v = -1);
+    if grid.values.contains(&0) {
+        grid.values.iter_mut().for_each(|v| *v = if *v == 0 { TIE } else { UNIT * *v });
+    }
 }

@@ -4,7 +4,7 @@
 use crate::common::Random;
 use crate::count::count;
 use crate::exact::Cell;
-use crate::grids::Packed;
+use crate::grids::{Kind, Packed};
 use crate::methods::meshes;
 use crate::topology::Small;
 use isoforge::extract::Method;
@@ -33,7 +33,7 @@ fn all_patterns_close() {
     }
     let alone: Vec<Small> = cells.iter().map(Small::of_cell).collect();
     for seed in 0..4 {
-        let packed = Packed::new(&alone, seed);
+        let packed = Packed::new(Kind::Uniform, &alone, seed);
         for method in Method::ALL {
             for (backend, mesh) in meshes(&packed, &packed.options(method)) {
                 let count = count(mesh.vertices.len(), &mesh.triangles);

@@ -74,11 +74,14 @@ pub fn supersample(grid: &Small, k: usize) -> Sampled {
     let mut regions = Sets::new(inside.len());
     let mut euler = 0;
     // Beyond the last points all is outside, and no chain that begins there counts: cubes suffice.
-    for base in (0..n - 1).flat_map(|z| (0..n - 1).flat_map(move |y| (0..n - 1).map(move |x| x + n * (y + n * z)))) {
+    for base in
+        (0..n - 1).flat_map(|z| (0..n - 1).flat_map(move |y| (0..n - 1).map(move |x| x + n * (y + n * z))))
+    {
         let pattern = (0..8).fold(0, |bits, c| bits | u8::from(inside[base + offsets[c]]) << c);
         euler += chains[pattern as usize];
         // Where all is of one sign, the edges along the axes connect it.
-        let edges: &[usize] = if pattern == 0 || pattern == 255 { &[1, 2, 4] } else { &[1, 2, 3, 4, 5, 6, 7] };
+        let edges: &[usize] =
+            if pattern == 0 || pattern == 255 { &[1, 2, 4] } else { &[1, 2, 3, 4, 5, 6, 7] };
         for corner in edges.iter().filter(|c| (pattern >> **c & 1) == (pattern & 1)) {
             regions.join(base as u32, (base + offsets[*corner]) as u32);
         }
@@ -108,23 +111,22 @@ fn the_oracle_is_what_fine_samples_tell() {
     for (kind, n) in [(Kind::Uniform, 3), (Kind::Integers, 3), (Kind::Adversarial, 3)] {
         grids.extend((0..100).map(|seed| (format!("{kind:?} {n} {seed}"), kind.grid(n, seed))));
     }
-    let steps = [16, 32, 64];
-    let found: Vec<(usize, usize)> = grids
-        .into_par_iter()
-        .map(|(name, grid)| {
-            let Some(exact) = topology(&grid) else { return (0, 1) };
-            let expected = Sampled { euler: exact.euler(), regions: exact.regions };
-            let mut last = None;
-            for (i, k) in steps.into_iter().enumerate() {
-                let found = supersample(&grid, k);
-                if found == expected {
-                    return (i, 0);
-                }
-                last = Some(found);
-            }
-            eprintln!("{name}: {last:?}, not {expected:?}");
-            (steps.len(), 0)
-        })
-        .collect();
-    eprintln!("{found:?}");
+    let unlike: Vec<(String, Sampled, Sampled)> = grids.into_par_iter().filter_map(unlike).collect();
+    // Tunnels and gaps that no such samples show are rare, where values are not near each other.
+    assert!(unlike.len() <= 4, "{unlike:#?}");
+}
+
+/// What fine samples tell, and what the oracle says, where these differ however fine they are.
+fn unlike((name, grid): (String, Small)) -> Option<(String, Sampled, Sampled)> {
+    // Some are singular.
+    let exact = topology(&grid)?;
+    let expected = Sampled { euler: exact.euler(), regions: exact.regions };
+    // So fine that few things are missed, and finer only where something is: what is not there is not found.
+    let mut found = supersample(&grid, 12);
+    for k in [24, 48] {
+        if found != expected {
+            found = supersample(&grid, k);
+        }
+    }
+    (found != expected).then_some((name, found, expected))
 }

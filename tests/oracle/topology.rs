@@ -1,7 +1,8 @@
 //! A whole grid: the Euler characteristic and the Betti numbers of its trilinear isosurface, piece by piece, from what
 //! [`exact`](crate::exact) says of each cell. Nothing is triangulated.
 
-use crate::exact::{Cell, Decided, Regions, around, decide_cell, faces, number};
+use crate::exact::{Cell, Decided, around, decide_cell, faces, number};
+use crate::grids::BORDER;
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
@@ -15,7 +16,7 @@ pub struct Small {
 impl Small {
     /// A cell by itself.
     pub fn of_cell(cell: &Cell) -> Self {
-        let mut values = vec![-(1 << 20); 64];
+        let mut values = vec![BORDER; 64];
         for (corner, value) in cell.iter().enumerate() {
             values[21 + (corner & 1) + 4 * (corner >> 1 & 1) + 16 * (corner >> 2)] = *value;
         }
@@ -73,7 +74,7 @@ fn edge(a: u8, b: u8) -> (u8, usize) {
 
 /// Where the surface crosses the faces of a cell: pairs of edges.
 fn segments(cell: &Cell, decided: &Decided) -> Vec<[(u8, usize); 2]> {
-    let mut all = Vec::new();
+    let mut all = Vec::with_capacity(12);
     for (face, decision) in faces().into_iter().zip(decided.faces) {
         let edges = [0, 1, 2, 3].map(|i| edge(face[i], face[(i + 1) % 4]));
         let crossed = |i: &usize| {
@@ -85,65 +86,61 @@ fn segments(cell: &Cell, decided: &Decided) -> Vec<[(u8, usize); 2]> {
             Some(Ordering::Greater) => all.extend([[edges[0], edges[1]], [edges[2], edges[3]]]),
             Some(_) => all.extend([[edges[3], edges[0]], [edges[1], edges[2]]]),
             None => {
-                let both: Vec<usize> = (0..4).filter(crossed).collect();
-                assert!(both.is_empty() || both.len() == 2);
-                all.extend(both.chunks(2).map(|pair| [edges[pair[0]], edges[pair[1]]]));
+                let mut both = (0..4).filter(crossed).map(|i| edges[i]);
+                if let (Some(a), Some(b)) = (both.next(), both.next()) {
+                    all.push([a, b]);
+                }
             }
         }
     }
     all
 }
 
-/// A component of the surface in a cell: its boundary loops, each by one of its edges.
-type Component = Vec<(u8, usize)>;
+/// A boundary loop of the surface in a cell: one of its edges, and the regions inside and outside that lie beside it.
+struct Loop {
+    edge: (u8, usize),
+    between: (u8, u8),
+}
 
-/// The components of the surface in a cell. Each separates two regions, and regions and components form a tree, for a
+/// The loops of a cell. A component of the surface separates two regions, and regions and components form a tree, for a
 /// cell has no holes; so two loops are of one component where they lie between the same two regions.
-fn components(cell: &Cell, decided: &Decided, segments: &[[(u8, usize); 2]]) -> Vec<Component> {
+fn loops(cell: &Cell, decided: &Decided, segments: &[[(u8, usize); 2]]) -> Vec<Loop> {
     let name = |(low, axis): (u8, usize)| u32::from(low) + 8 * axis as u32;
-    let mut loops = Sets::new(24);
-    segments.iter().for_each(|[a, b]| loops.join(name(*a), name(*b)));
-    let beside = |regions: &Regions, (low, axis): (u8, usize)| {
-        let [a, b] = [low, low | 1 << axis].map(|corner| (cell[corner as usize] > 0, regions[corner as usize]));
-        if a.0 { (a.1, b.1) } else { (b.1, a.1) }
+    let mut sets = Sets::new(24);
+    segments.iter().for_each(|[a, b]| sets.join(name(*a), name(*b)));
+    let beside = |(low, axis): (u8, usize)| {
+        let [low, high] = [low, low | 1 << axis].map(usize::from);
+        let [a, b] = [decided.body[low], decided.body[high]];
+        if cell[low] > 0 { (a, b) } else { (b, a) }
     };
-    let mut found: Vec<((u8, u8), Component)> = Vec::new();
-    let mut number_of_loops = 0;
+    let mut all: Vec<Loop> = Vec::with_capacity(4);
     for edge in segments.iter().flatten().copied() {
-        let first = loops.find(name(edge));
-        let between = beside(&decided.body, edge);
-        if name(edge) != first {
-            continue;
+        let first = sets.find(name(edge));
+        let first = ((first % 8) as u8, first as usize / 8);
+        let between = beside(edge);
+        assert_eq!(between, beside(first), "the same all along a loop: {cell:?}");
+        if all.iter().all(|known| known.edge != first) {
+            all.push(Loop { edge: first, between });
         }
-        match found.iter_mut().find(|(regions, _)| *regions == between) {
-            Some((_, component)) if component.contains(&edge) => continue,
-            Some((_, component)) => component.push(edge),
-            None => found.push((between, vec![edge])),
-        }
-        number_of_loops += 1;
     }
-    // On the surface of the cell, a sphere, loops and regions form a tree just as in it components and regions do.
-    assert_eq!(number_of_loops + 1, number(&decided.surface), "{cell:?}");
-    assert_eq!(found.len() + 1, number(&decided.body), "{cell:?}");
-    let along: BTreeSet<_> = segments
-        .iter()
-        .flatten()
-        .map(|edge| (loops.find(name(*edge)), beside(&decided.body, *edge)))
-        .collect();
-    assert_eq!(along.len(), number_of_loops, "the regions beside a loop are the same all along it: {cell:?}");
-    found.into_iter().map(|(_, component)| component).collect()
+    // On the surface of the cell, a sphere, loops and regions form a tree just as components and regions do in it.
+    assert_eq!(all.len() + 1, number(&decided.surface), "{cell:?}");
+    all
 }
 
 /// The topology of a grid, or `None` where a cell is singular.
 pub fn topology(grid: &Small) -> Option<Topology> {
     let n = grid.points;
-    let offset = |corner: u8| (corner & 1) as usize + n * ((corner >> 1 & 1) as usize + n * (corner >> 2) as usize);
+    let offset =
+        |corner: u8| (corner & 1) as usize + n * ((corner >> 1 & 1) as usize + n * (corner >> 2) as usize);
     let offsets = [0, 1, 2, 3, 4, 5, 6, 7].map(offset);
     let mut regions = Sets::new(grid.values.len());
     let mut sheets = Sets::new(3 * grid.values.len());
     // What belongs to the piece that an edge is of: twice the Euler characteristic, for a segment is of two cells.
     let mut twice: Vec<(u32, i64)> = Vec::new();
-    for base in (0..n - 1).flat_map(|z| (0..n - 1).flat_map(move |y| (0..n - 1).map(move |x| x + n * (y + n * z)))) {
+    for base in
+        (0..n - 1).flat_map(|z| (0..n - 1).flat_map(move |y| (0..n - 1).map(move |x| x + n * (y + n * z))))
+    {
         let cell: Cell = offsets.map(|offset| grid.values[base + offset]);
         let point = |corner: u8| (base + offsets[corner as usize]) as u32;
         let inside = cell.iter().filter(|v| **v > 0).count();
@@ -159,10 +156,16 @@ pub fn topology(grid: &Small) -> Option<Topology> {
             sheets.join(global(*a), global(*b));
             twice.push((global(*a), -1));
         }
-        for component in components(&cell, &decided, &segments) {
-            component.windows(2).for_each(|pair| sheets.join(global(pair[0]), global(pair[1])));
-            twice.push((global(component[0]), 2 * (2 - component.len() as i64)));
+        // A component is a sphere without a disc for each of its loops.
+        let loops = loops(&cell, &decided, &segments);
+        let mut components = 0;
+        for (i, Loop { edge, between }) in loops.iter().enumerate() {
+            let first = loops.iter().position(|other| other.between == *between).unwrap_or(i);
+            sheets.join(global(*edge), global(loops[first].edge));
+            twice.push((global(*edge), if first == i { 4 - 2 } else { -2 }));
+            components += usize::from(first == i);
         }
+        assert_eq!(components + 1, number(&decided.body), "{cell:?}");
     }
     for (point, value) in (0u32..).zip(&grid.values) {
         let next = |axis: u32| grid.values.get(point as usize + n.pow(axis)).copied();
@@ -196,7 +199,10 @@ fn faces_are_faces() {
         let [axis, high] = [i / 2, i % 2];
         assert!(face.iter().all(|corner| (corner >> axis & 1) as usize == high));
         assert_eq!(face.iter().copied().collect::<BTreeSet<_>>().len(), 4);
-        assert!((0..4).all(|i| (face[i] ^ face[(i + 1) % 4]).count_ones() == 1), "neighbours are beside each other");
+        assert!(
+            (0..4).all(|i| (face[i] ^ face[(i + 1) % 4]).count_ones() == 1),
+            "neighbours are beside each other"
+        );
     }
     assert_eq!(around(0, 1), faces()[1]);
 }
