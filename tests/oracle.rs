@@ -15,6 +15,8 @@ mod grids;
 mod masks;
 #[path = "oracle/methods.rs"]
 mod methods;
+#[path = "oracle/packed.rs"]
+mod packed;
 #[path = "oracle/supersample.rs"]
 mod supersample;
 #[path = "oracle/topology.rs"]

@@ -3,8 +3,9 @@
 
 use crate::common::Random;
 use crate::count::count;
-use crate::grids::{Kind, Packed};
+use crate::grids::Kind;
 use crate::methods::meshes;
+use crate::packed::Packed;
 use crate::topology::Small;
 use isoforge::extract::Method;
 use isoforge::mesh::Mesh;

@@ -4,8 +4,9 @@
 use crate::common::Random;
 use crate::count::count;
 use crate::exact::Cell;
-use crate::grids::{Kind, Packed};
+use crate::grids::Kind;
 use crate::methods::meshes;
+use crate::packed::Packed;
 use crate::topology::Small;
 use isoforge::extract::Method;
 

@@ -108,7 +108,7 @@ fn the_oracle_is_what_fine_samples_tell() {
             (format!("{cell:?}"), Small::of_cell(&cell))
         })
         .collect();
-    for (kind, n) in [(Kind::Uniform, 3), (Kind::Integers, 3), (Kind::Adversarial, 3)] {
+    for (kind, n) in [(Kind::Uniform, 3), (Kind::Integers, 3), (Kind::Turns, 3)] {
         grids.extend((0..100).map(|seed| (format!("{kind:?} {n} {seed}"), kind.grid(n, seed))));
     }
     let unlike: Vec<(String, Sampled, Sampled)> = grids.into_par_iter().filter_map(unlike).collect();
