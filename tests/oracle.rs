@@ -17,6 +17,8 @@ mod masks;
 mod methods;
 #[path = "oracle/packed.rs"]
 mod packed;
+#[path = "oracle/rows.rs"]
+mod rows;
 #[path = "oracle/supersample.rs"]
 mod supersample;
 #[path = "oracle/topology.rs"]

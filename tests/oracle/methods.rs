@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use std::fmt::Write as _;
 
 /// The methods whose pieces are those of the trilinear interpolant.
-const EXACT: [Method; 1] = [Method::Mc33];
+pub const EXACT: [Method; 1] = [Method::Mc33];
 
 /// Points along each axis of the grids, and how many volumes of [`PACK`] of them there are: 10,000 grids.
 const SIZES: [(usize, u64); 5] = [(5, 8), (6, 5), (7, 3), (8, 2), (9, 2)];
@@ -31,7 +31,7 @@ pub fn meshes(volume: &Packed, options: &Options) -> Vec<(&'static str, Mesh)> {
 }
 
 /// The pieces of each of the grids in a volume.
-fn pieces(packed: &Packed, grids: usize, mesh: &Mesh, count: &Count) -> Vec<Vec<i64>> {
+pub fn pieces(packed: &Packed, grids: usize, mesh: &Mesh, count: &Count) -> Vec<Vec<i64>> {
     let mut all = vec![Vec::new(); grids];
     for (vertex, euler) in &count.pieces {
         all[packed.grid_at(mesh.vertices[*vertex as usize].position)].push(*euler);
