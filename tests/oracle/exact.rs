@@ -183,3 +183,20 @@ fn run(lines: [[i64; 2]; 4], positive: [bool; 4]) -> Option<[Ratio; 2]> {
     }
     (low.cmp(high) == Ordering::Less).then_some([low, high])
 }
+
+#[test]
+fn known_cells() {
+    let regions =
+        |cell: Cell| decide_cell(&cell).map(|decided| [decided.surface, decided.body].map(|r| number(&r)));
+    // Two opposite corners inside: a tunnel joins them where the middle is inside (Chernyaev's cases 4.1.2 and 4.1.1).
+    assert_eq!(regions([9, -1, -1, -1, -1, -1, -1, 9]), Some([3, 2]));
+    assert_eq!(regions([2, -1, -1, -1, -1, -1, -1, 2]), Some([3, 3]));
+    // In the middle the mean of the corners is 0.
+    assert_eq!(regions([3, -1, -1, -1, -1, -1, -1, 3]), None);
+    // Two corners of a face: its saddle is below 0, at 0, above 0.
+    assert_eq!(regions([2, -2, -2, 1, -9, -9, -9, -9]), Some([3, 3]));
+    assert_eq!(regions([2, -2, -2, 2, -9, -9, -9, -9]), None);
+    assert_eq!(regions([2, -2, -2, 3, -9, -9, -9, -9]), Some([2, 2]));
+    // Signs that alternate, and nothing else: singular all over.
+    assert_eq!(regions([1, -1, -1, 1, -1, 1, 1, -1]), None);
+}

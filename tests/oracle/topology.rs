@@ -191,8 +191,25 @@ pub fn topology(grid: &Small) -> Option<Topology> {
     Some(Topology { pieces, regions: counts })
 }
 
-/// The corners of one axis' lower face, and that the six faces are what they are called: all that is assumed of
-/// [`around`].
+#[test]
+fn known_shapes() {
+    let shape = |inside: fn([i32; 3]) -> bool| {
+        let at = |i: i32| [i % 7 - 3, i / 7 % 7 - 3, i / 49 - 3];
+        let values = (0..343).map(|i| if inside(at(i)) { 5 } else { -7 }).collect();
+        let found = topology(&Small { points: 7, values }).expect("no face is ambiguous");
+        (found.pieces.clone(), found.betti(), found.regions)
+    };
+    assert_eq!(shape(|_| false), (vec![], [0, 0, 0], [0, 1]));
+    assert_eq!(shape(|p| p == [0, 0, 0]), (vec![2], [1, 0, 1], [1, 1]));
+    // A ring, two with a bar in common, and a shell around a point.
+    assert_eq!(shape(|[x, y, z]| z == 0 && x.abs().max(y.abs()) == 1), (vec![0], [1, 2, 1], [1, 1]));
+    let eight = |[x, y, z]: [i32; 3]| z == 0 && y.abs() <= 1 && x.abs() <= 2 && (y != 0 || x % 2 == 0);
+    assert_eq!(shape(eight), (vec![-2], [1, 4, 1], [1, 1]));
+    let shell = |p: [i32; 3]| p == [0; 3] || p.map(i32::abs).into_iter().max() == Some(2);
+    assert_eq!(shape(shell), (vec![2, 2, 2], [3, 0, 3], [2, 2]));
+}
+
+/// All that is assumed of [`around`] and [`faces`].
 #[test]
 fn faces_are_faces() {
     for (i, face) in faces().into_iter().enumerate() {
