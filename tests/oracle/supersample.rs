@@ -86,17 +86,21 @@ pub fn supersample(grid: &Small, k: usize) -> Sampled {
             regions.join(base as u32, (base + offsets[*corner]) as u32);
         }
     }
+    // The last points are of the border, which is one region, and begin no cube.
+    for point in 0..inside.len() {
+        if [point % n, point / n % n, point / (n * n)].contains(&(n - 1)) {
+            regions.join(0, point as u32);
+        }
+    }
     let mut counts = [0, 0];
     for (point, inside) in (0u32..).zip(&inside) {
-        let [x, y, z] = [point as usize % n, point as usize / n % n, point as usize / (n * n)];
-        let border = [x, y, z].iter().any(|at| *at == n - 1);
-        // The last points are of the border, which is one region; they begin no cube.
-        counts[usize::from(!inside)] += usize::from(!border && regions.find(point) == point);
+        counts[usize::from(!inside)] += usize::from(regions.find(point) == point);
     }
     Sampled { euler, regions: counts }
 }
 
-/// Goes red when the decider is turned round, when the body joins nothing, and when it joins everything.
+/// Goes red when `decide` is turned round, when `through` joins nothing or forgets the extremum between the ends of a run
+/// (all in `exact.rs`), and when `topology` takes a component for a disc whatever its loops.
 #[test]
 fn the_oracle_is_what_fine_samples_tell() {
     // Whole cells with small whole numbers: what is not singular is not nearly so either.
@@ -111,14 +115,16 @@ fn the_oracle_is_what_fine_samples_tell() {
     for (kind, n) in [(Kind::Uniform, 3), (Kind::Integers, 3), (Kind::Turns, 3)] {
         grids.extend((0..100).map(|seed| (format!("{kind:?} {n} {seed}"), kind.grid(n, seed))));
     }
-    let unlike: Vec<(String, Sampled, Sampled)> = grids.into_par_iter().filter_map(unlike).collect();
-    // Tunnels and gaps that no such samples show are rare, where values are not near each other.
-    assert!(unlike.len() <= 4, "{unlike:#?}");
+    grids.retain(|(_, grid)| topology(grid).is_some());
+    let regular = grids.len();
+    let unlike: Vec<_> = grids.into_par_iter().filter_map(unlike).collect();
+    eprintln!("{regular} grids compared");
+    assert!(regular > 550, "most are not singular");
+    assert!(unlike.is_empty(), "{} of {regular} are not what samples tell: {:?}", unlike.len(), unlike[0]);
 }
 
 /// What fine samples tell, and what the oracle says, where these differ however fine they are.
 fn unlike((name, grid): (String, Small)) -> Option<(String, Sampled, Sampled)> {
-    // Some are singular.
     let exact = topology(&grid)?;
     let expected = Sampled { euler: exact.euler(), regions: exact.regions };
     // So fine that few things are missed, and finer only where something is: what is not there is not found.
