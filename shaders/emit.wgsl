@@ -1,12 +1,12 @@
-// emit: every crossed owned edge becomes one vertex, every cell's triangles their indices.
+// emit: every crossed owned edge becomes one vertex, every cell's triangles their indices. What all methods share.
 //
-// Vertices lie in the order of their brick, plane, row, axis and place in the row; triangles in that
+// Vertices lie in the order of their brick, plane, row, direction and place in the row; triangles in that
 // of their brick and cell. A cell finds the vertices of the bricks beside it through the brick map
 // and the prefix of the edge masks, so the mesh is welded across bricks. CPU twin: src/stage/emit/cpu.rs.
-// Who makes which vertex and triangle, and how they get into the buffers: shaders/emit/serial.wgsl, shared.wgsl.
+// Which triangles there are: shaders/emit/cubes.wgsl, tetrahedra.wgsl. Who makes which vertex and triangle of cubes:
+// shaders/emit/serial.wgsl, shared.wgsl.
 
 @group(0) @binding(6) var<storage, read> active_list: array<u32>;
-@group(0) @binding(8) var<storage, read> records: array<BrickRecord>;
 // First vertex and triangle of each slot, within the slab.
 @group(0) @binding(9) var<storage, read> offsets: array<vec2<u32>>;
 @group(0) @binding(13) var<storage, read_write> vertices: array<f32>;
@@ -37,20 +37,19 @@ struct Vertex {
     normal: vec3<f32>,
 }
 
-// The vertex on an edge of the brick: its owner's x, y, z and its axis.
-fn make_vertex(slot: u32, origin: vec3<u32>, edge: vec4<u32>) -> Vertex {
-    let axis = vec3<u32>(vec3<u32>(0u, 1u, 2u) == vec3<u32>(edge.w));
-    let a = sample_bits(slot, origin, edge.xyz);
-    let b = sample_bits(slot, origin, edge.xyz + axis);
-    let t = crossing(bitcast<f32>(a), bitcast<f32>(b));
-    let q = vec3<f32>(origin + edge.xyz) + vec3<f32>(axis) * t;
+// The vertex on an edge of the brick: from its owner to the corner `across` from it, 0 or 1 along each axis.
+fn make_vertex(slot: u32, origin: vec3<u32>, owner: vec3<u32>, across: vec3<u32>) -> Vertex {
+    let a = sample_bits(slot, origin, owner);
+    let b = sample_bits(slot, origin, owner + across);
+    let t = fraction(origin + owner, across, a, b);
+    let q = vec3<f32>(origin + owner) + vec3<f32>(across) * t;
     let position = grid_position(q);
-    let vector = outward_vector(origin, edge.xyz, axis, t, position);
+    let vector = outward_vector(origin, owner, across, t, position);
     let known = has_direction(vector);
     var normal = unit(select(vec3<f32>(1.0), vector, known));
     if !known {
         // The normals stage looks at the neighbours.
-        normal = bitcast<vec3<f32>>(mark(edge.w, !is_inside(a)));
+        normal = bitcast<vec3<f32>>(mark(select(select(2u, 1u, across.y == 1u), 0u, across.x == 1u), !is_inside(a)));
         atomicStore(&work.singular, 1u);
     }
     return Vertex(position, normal);
@@ -65,102 +64,6 @@ fn write_vertex(place: u32, vertex: Vertex) {
     vertices[out + 3u] = vertex.normal.x;
     vertices[out + 4u] = vertex.normal.y;
     vertices[out + 5u] = vertex.normal.z;
-}
-
-// Number of the vertex on edge `edge` of the cell whose lowest corner is point `cell` of the brick.
-fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32, slot: u32) -> u32 {
-    let axis = edge >> 2u;
-    let owner = cell + lower_corner(edge);
-    // 1 where the owner lies in the next brick along an axis.
-    let next = owner >> vec3<u32>(3u);
-    let p = owner & vec3<u32>(7u);
-    let bit = 8u * axis + p.x;
-    if all(next == vec3<u32>(0u)) {
-        return own_vertex(p.y + 8u * p.z, bit, slot);
-    }
-    let there = slot_of_brick(brick + next.x + params.slab_extent.x * (next.y + params.slab_extent.y * next.z));
-    let row = records[there].rows[p.y + 8u * p.z];
-    let earlier = row & ((1u << bit) - 1u);
-    let before = (records[there].planes[p.z] & 0xffffu) + (row >> 24u) + countOneBits(earlier);
-    return params.first_vertices[next.y + 2u * next.z] + offsets[there].x + before;
-}
-
-// Number of the vertex at a corner of a triangle; `centre` is that of the cell's first one within.
-fn corner_vertex(corner: u32, cell: vec3<u32>, brick: u32, slot: u32, centre: u32) -> u32 {
-    if HAS_CENTRES && corner >= 12u {
-        return centre - (corner - 12u);
-    }
-    return vertex_on(corner, cell, brick, slot);
-}
-
-// The three vertices of triangle `t` of a cell.
-fn triangle_of(t: u32, entry: u32, cell: vec3<u32>, brick: u32, slot: u32, centre: u32) -> vec3<u32> {
-    let corners = triangle_corners(entry, t);
-    let a = corner_vertex(corners & 15u, cell, brick, slot, centre);
-    let b = corner_vertex((corners >> 4u) & 15u, cell, brick, slot, centre);
-    let c = corner_vertex((corners >> 8u) & 15u, cell, brick, slot, centre);
-    return select(vec3<u32>(a, b, c), vec3<u32>(a, c, b), params.mirrored == 1u);
-}
-
-// How many vertices lie within the cells of a row.
-fn centres_of_row(slot: u32, row: u32) -> u32 {
-    return (records[slot].triangles[row / 2u] >> (16u * (row & 1u) + 11u)) & 31u;
-}
-
-// Number of a row's first vertex within a cell: they are counted backwards from the brick's last vertex.
-fn first_centre(slot: u32, row: u32) -> u32 {
-    var before = 0u;
-    for (var i = 0u; i < row; i++) {
-        before += centres_of_row(slot, i);
-    }
-    return params.first_vertices.x + offsets[slot + 1u].x - 1u - before;
-}
-
-// How many vertices lie on edges that the brick owns: its first ones.
-fn edge_vertices(slot: u32) -> u32 {
-    let last = records[slot].rows[63];
-    return (records[slot].planes[7] & 0xffffu) + (last >> 24u) + countOneBits(last & 0xffffffu);
-}
-
-// The triangles of a row's cells, as far as the window has room.
-fn write_triangles(slot: u32, brick: u32, origin: vec3<u32>, row: u32) {
-    let y = row % 8u;
-    let z = row / 8u;
-    let in_plane = (records[slot].triangles[row / 2u] >> (16u * (row & 1u))) & 0x7ffu;
-    var triangle = params.first_triangle + offsets[slot].y + (records[slot].planes[z] >> 16u) + in_plane;
-    triangle -= params.triangle_window;
-    var centre = 0u;
-    if HAS_CENTRES && centres_of_row(slot, row) > 0u {
-        centre = first_centre(slot, row);
-    }
-    let bits = rows_at(slot, origin, y, z);
-    for (var mixed = mixed_cells(bits, row_shape(origin, y, z)); mixed != 0u; mixed &= mixed - 1u) {
-        let cell = vec3<u32>(countTrailingZeros(mixed), y, z);
-        let entry = cell_entry(slot, origin, cell, cell_case(bits, cell.x));
-        let count = triangle_count(entry);
-        for (var t = 0u; t < count; t++) {
-            if triangle < call.triangle_capacity {
-                let corners = triangle_of(t, entry, cell, brick, slot, centre);
-                indices[3u * triangle] = corners.x;
-                indices[3u * triangle + 1u] = corners.y;
-                indices[3u * triangle + 2u] = corners.z;
-            }
-            triangle++;
-        }
-        centre -= centre_count(entry);
-    }
-}
-
-// The lower end of an edge of a cell.
-fn lower_corner(edge: u32) -> vec3<u32> {
-    let axis = edge >> 2u;
-    let one = edge & 1u;
-    let two = (edge >> 1u) & 1u;
-    return vec3<u32>(
-        select(one, 0u, axis == 0u),
-        select(select(two, 0u, axis == 1u), one, axis == 0u),
-        select(two, 0u, axis == 2u),
-    );
 }
 
 // The totals of the slab's own bricks, and the mesh header (`MeshHeader` in src/gpu/mesh.rs): draw

@@ -15,7 +15,7 @@ pub use machine::{Adapter, Machine};
 pub use report::{BenchReport, Row, Seconds};
 pub use roofline::{Limits, Roof};
 
-use crate::extract::{ExtractError, Extractor, Options, Report, STAGES, Source, extract_on_cpu};
+use crate::extract::{ExtractError, Extractor, Method, Options, Report, STAGES, Source, extract_on_cpu};
 use crate::field::named::{NameError, Named};
 use crate::field::{Field, Points, Sense};
 use crate::gpu::Gpu;
@@ -66,6 +66,8 @@ pub struct BenchOptions<'a> {
     pub cases: Vec<String>,
     /// A volume, extracted at its own size.
     pub volume: Option<VolumeCase<'a>>,
+    /// How cells become triangles, one after the other.
+    pub methods: Vec<Method>,
     /// Whether the fields are also sampled into volumes and extracted from memory.
     pub arrays: bool,
     /// Whether every brick of the fields is taken, instead of those that their intervals leave.
@@ -90,6 +92,7 @@ impl Default for BenchOptions<'_> {
             sizes: vec![64, 128, 256],
             cases: ["sphere", "torus", "gyroid"].map(String::from).to_vec(),
             volume: None,
+            methods: vec![Method::MarchingCubes],
             arrays: false,
             dense: false,
             roofline: false,
@@ -208,13 +211,24 @@ impl Bench<'_> {
             Source::Volume(volume) => (Input::Volume, volume.values().scalar().size() as u64),
         };
         let cells = source.grid().cells();
-        let options = Options {
-            sense: Some(sense),
-            cull: !self.options.dense,
-            memory_budget: self.options.memory_budget,
-            ..Options::new(iso)
-        };
-        for &backend in &self.options.backends {
+        let each = self
+            .options
+            .methods
+            .iter()
+            .flat_map(|&m| self.options.backends.iter().map(move |&backend| (m, backend)));
+        for (method, backend) in each {
+            let options = Options {
+                method,
+                sense: Some(sense),
+                cull: !self.options.dense,
+                memory_budget: self.options.memory_budget,
+                ..Options::new(iso)
+            };
+            let name = &match method {
+                Method::MarchingCubes => name.to_string(),
+                Method::Mc33 => format!("{name}, mc33"),
+                Method::Tetrahedra => format!("{name}, mt"),
+            };
             let label = format!("{name} {}×{}×{} {input:?} on {backend:?}", cells.x, cells.y, cells.z);
             let times = match (backend, &self.extractor) {
                 (Backend::Gpu, None) => continue,

@@ -1,7 +1,7 @@
 //! Both backends stage by stage: each CPU twin gets the bytes that the GPU's earlier stages left, and
 //! its output is held against the GPU's. What the `compare` command prints and the parity tests check.
 
-use crate::extract::{ExtractError, Extractor, Normals, Options, Source, Workspace, extract_on_cpu};
+use crate::extract::{ExtractError, Extractor, Method, Normals, Options, Source, Workspace, extract_on_cpu};
 use crate::field::{Field, NoForm, Points, Sense, Wgsl};
 use crate::gpu::GpuError;
 use crate::grid::SAMPLES_PER_BRICK;
@@ -12,7 +12,7 @@ use crate::stage::cull::bounds::cull_field;
 use crate::stage::cull::cpu::range;
 use crate::stage::cull::map::BrickMap;
 use crate::stage::emit::cpu::{
-    Beside, EdgeNumbers, Gradients, Nearby, emit_field_vertices, emit_indices, emit_volume_vertices,
+    Beside, EdgeNumbers, Gradients, Nearby, NormalsOf, emit_indices, emit_vertices,
 };
 use crate::stage::inside::{Inside, order_key};
 use crate::stage::normals::cpu::{add_neighbours, average};
@@ -20,7 +20,7 @@ use crate::stage::params::Params;
 use crate::stage::sample::cpu::sample;
 use crate::stage::samples::Samples;
 use crate::stage::scan::cpu::scan;
-use crate::table::MARCHING_CUBES;
+use crate::table::mc33::MAX_TRIANGLES;
 use bytemuck::Zeroable;
 use std::fmt;
 
@@ -176,15 +176,17 @@ pub fn compare(
     let mesh = extraction.mesh.read(extractor.gpu())?;
     let gpu = Snapshot::read(extractor, &space)?;
     let sense = options.sense.unwrap_or(source.sense());
-    let params = Params::new(source.grid(), options.iso, sense).with_normals(options.normals);
+    let params = Params::new(source.grid(), options.iso, sense)
+        .with_normals(options.normals)
+        .with_placement(options.placement);
     let inside = Inside::new(options.iso, sense);
 
     let mut found = Comparison { rows: Vec::new(), notes: Vec::new() };
     compare_cull(&mut found, source, options, &params, &gpu, extractor.gpu().is_software());
     let sampled = compare_sample(&mut found, source, &params, &gpu)?;
-    let counts = compare_classify(&mut found, source, &params, inside, &gpu);
+    let counts = compare_classify(&mut found, source, options.method, &params, inside, &gpu);
     found.rows.push(Row::exact("scan", "offsets", &gpu.offsets, &counts));
-    compare_emit(&mut found, source, options.normals, &params, inside, &gpu, &mesh)?;
+    compare_emit(&mut found, source, options, &params, inside, &gpu, &mesh)?;
     if sampled {
         compare_whole(&mut found, source, options, &mesh)?;
     } else {
@@ -313,6 +315,7 @@ fn compare_sample(
 fn compare_classify(
     found: &mut Comparison,
     source: &Source<'_>,
+    method: Method,
     params: &Params,
     inside: Inside,
     gpu: &Snapshot,
@@ -320,7 +323,7 @@ fn compare_classify(
     let mut records = vec![BrickRecord::zeroed(); gpu.active.len()];
     let mut counts = vec![[0; 2]; gpu.active.len() + 1];
     for (slot, record) in records.iter_mut().enumerate() {
-        counts[slot] = classify(&MARCHING_CUBES, inside, &gpu.samples(source, params, slot), record);
+        counts[slot] = classify(params, method, inside, &gpu.samples(source, params, slot), record);
     }
     let gpu_counts: Vec<[u32; 2]> =
         gpu.offsets.windows(2).map(|w| [0, 1].map(|i| w[1][i].wrapping_sub(w[0][i]))).collect();
@@ -333,7 +336,7 @@ fn compare_classify(
 fn compare_emit(
     found: &mut Comparison,
     source: &Source<'_>,
-    normals: Normals,
+    options: &Options,
     params: &Params,
     inside: Inside,
     gpu: &Snapshot,
@@ -345,36 +348,31 @@ fn compare_emit(
     for (slot, &brick) in gpu.active.iter().enumerate() {
         let size = [0, 1].map(|i| gpu.offsets[slot + 1][i].saturating_sub(gpu.offsets[slot][i]) as usize);
         // A defect elsewhere must not ask for absurd memory here: a brick has no more than this.
-        let mut vertices = vec![Vertex::default(); size[0].min(1536)];
-        let mut triangles = vec![[0; 3]; size[1].min(2560)];
-        let (origin, record, samples) =
-            (params.brick_origin(brick), &gpu.records[slot], gpu.samples(source, params, slot));
-        match source {
-            Source::Volume(volume) => {
-                is_marked |=
-                    emit_volume_vertices(params, inside, volume.values(), origin, record, &mut vertices);
-            }
+        let mut vertices = vec![Vertex::default(); size[0].min(7 * 512)];
+        let mut triangles = vec![[0; 3]; size[1].min(MAX_TRIANGLES * 512)];
+        let (record, samples) = (&gpu.records[slot], gpu.samples(source, params, slot));
+        let here = (params.brick_origin(brick), &samples);
+        let mut vertices_of =
+            |normals| emit_vertices(params, options.method, inside, normals, here, record, &mut vertices);
+        let done = match source {
+            Source::Volume(volume) => vertices_of(NormalsOf::Volume(volume.values())),
             Source::Field(field, _) => {
-                let own = Gradients { normals, here: *field, whole: *field };
-                let done = emit_field_vertices(params, inside, &own, origin, &samples, record, &mut vertices);
-                is_marked |= done == Ok(true);
-                if done == Err(NoForm::Cpu) {
-                    has_normals = false;
-                    let none = Gradients { normals: Normals::Exact, here: &NoNormals, whole: &NoNormals };
-                    emit_field_vertices(params, inside, &none, origin, &samples, record, &mut vertices)?;
-                }
+                let own = Gradients { normals: options.normals, here: *field, whole: *field };
+                vertices_of(NormalsOf::Field(own))
             }
+        };
+        match done {
+            Ok(marked) => is_marked |= marked,
+            Err(NoForm::Cpu) => {
+                has_normals = false;
+                let none = Gradients { normals: Normals::Exact, here: &NoNormals, whole: &NoNormals };
+                vertices_of(NormalsOf::Field(none))?;
+            }
+            Err(error) => return Err(error),
         }
         let beside = Beside::new(&mut nearby, &gpu.active, &gpu.records, &gpu.offsets, slot);
-        emit_indices(
-            params,
-            &MARCHING_CUBES,
-            inside,
-            &samples,
-            &beside,
-            &mut EdgeNumbers::new(),
-            &mut triangles,
-        );
+        let (mut numbers, end) = (EdgeNumbers::new(), gpu.offsets[slot + 1][0]);
+        emit_indices(params, options.method, inside, here, &beside, &mut numbers, end, &mut triangles);
         twin.vertices.append(&mut vertices);
         twin.triangles.append(&mut triangles);
     }

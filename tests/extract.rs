@@ -167,6 +167,7 @@ impl Field for Holes {
             value: source.into(),
             gradient: None,
             interval: None,
+            planes: None,
             data: std::sync::Arc::default(),
             parameters,
             counts_loops: false,

@@ -10,6 +10,8 @@ mod reference;
 mod bounds;
 #[path = "graph/culling.rs"]
 mod culling;
+#[path = "graph/lattice.rs"]
+mod lattice;
 #[path = "graph/operations.rs"]
 mod operations;
 #[path = "graph/structure.rs"]

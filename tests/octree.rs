@@ -357,7 +357,7 @@ fn the_same_bytes_on_one_thread_and_on_many() {
     let f = field(&random_csg(&mut Random(5)));
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| run(&f, &cube(64), |s| s.error = 0.002))
+        pool.install(|| run(&f, &cube(64), |s| s.error = 0.001))
     };
     let [one, four] = [on(1), on(4)];
     assert!(one.0.vertices.len() > 500 && one.1 == four.1, "{:?} {:?}", one.1, four.1);

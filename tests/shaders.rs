@@ -8,6 +8,7 @@ use isoforge::gpu::kernel::{binding, parse};
 use isoforge::gpu::{Form, MESH_HEADER_BYTES};
 use isoforge::refine::{Counted, Refining};
 use isoforge::stage::classify::BrickRecord;
+use isoforge::stage::method::{Method, Placement};
 use isoforge::stage::params::{Call, Uniform, Work};
 use isoforge::stage::scan::Scanned;
 use isoforge::stage::shaders::{self, Samples};
@@ -62,6 +63,7 @@ fn fields() -> Vec<(String, Wgsl)> {
         value: "fn density(p: vec3<f32>) -> f32 { return bitcast<f32>(field_data[u32(p.x)]); }".into(),
         gradient: None,
         interval: None,
+        planes: None,
         data: [1].into(),
         parameters: Vec::new(),
         counts_loops: false,
@@ -93,19 +95,29 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
         sources.push((format!("cull, volume of {scalar}"), shaders::cull(samples)));
         for form in Form::ALL {
             let name = format!("volume of {scalar}, {form:?}");
-            sources.push((format!("classify, {name}"), shaders::classify(samples, form)));
-            sources.push((format!("emit, {name}"), shaders::emit(samples, Normals::Exact, form)));
+            for method in Method::ALL {
+                let name = format!("{name}, {method:?}");
+                sources.push((format!("classify, {name}"), shaders::classify(samples, method, form)));
+                let source = shaders::emit(samples, method, Placement::Linear, Normals::Exact, form);
+                sources.push((format!("emit, {name}"), source));
+            }
         }
     }
     for (name, wgsl) in fields() {
         let samples = Samples::Field(&wgsl);
         sources.push((format!("cull, {name}"), shaders::cull(samples)));
         sources.push((format!("sample, {name}"), shaders::sample(&wgsl)));
+        sources.extend(
+            shaders::sample_planes(&wgsl).map(|source| (format!("sample by planes, {name}"), source)),
+        );
         sources.extend(shaders::bounds(&wgsl).map(|source| (format!("bounds, {name}"), source)));
         sources.push((format!("refine place, {name}"), shaders::refine_place(&wgsl)));
         for form in Form::ALL {
-            sources.push((format!("classify, {name}, {form:?}"), shaders::classify(samples, form)));
-            if shaders::classify_samples(&wgsl, form) {
+            for method in Method::ALL {
+                let source = shaders::classify(samples, method, form);
+                sources.push((format!("classify, {name}, {method:?}, {form:?}"), source));
+            }
+            if shaders::classify_samples(&wgsl, Method::MarchingCubes, form) {
                 let source = shaders::classify_sampling(&wgsl, form);
                 sources.push((format!("classify and sample, {name}, {form:?}"), source));
             }
@@ -116,8 +128,17 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
             (Normals::Forward { delta: None }, Form::Serial),
             (Normals::Central { delta: None }, Form::Shared),
         ] {
-            sources
-                .push((format!("emit {normals:?}, {name}, {form:?}"), shaders::emit(samples, normals, form)));
+            for method in Method::ALL {
+                let placements =
+                    [Placement::Linear, Placement::Midpoint, Placement::Snapped { epsilon: 1.0 }];
+                for placement in placements {
+                    let source = shaders::emit(samples, method, placement, normals, form);
+                    sources.push((
+                        format!("emit {normals:?}, {placement:?}, {name}, {method:?}, {form:?}"),
+                        source,
+                    ));
+                }
+            }
         }
     }
     let parsed = sources.into_iter().map(|(name, source)| match parse(&source) {
@@ -203,7 +224,7 @@ fn structures_lie_as_in_rust() {
         vertex_window outward_y neighbour_window outward_z neighbour_capacity points own_bricks slab_first slab_bricks
         slab_extent unused_a source_first unused_b source_extent unused_c first_vertices);
     let call =
-        members!(Call: iso iso_key flip outward_sign first_slot vertex_capacity triangle_capacity unused);
+        members!(Call: iso iso_key flip outward_sign first_slot vertex_capacity triangle_capacity epsilon);
     let work = members!(Work: active_bricks own_active vertices triangles non_finite runaway batch_slots batches
             run_slots run_vertices singular queued taken rounds slots needed_slots large_boxes small_boxes);
     let record = members!(BrickRecord: rows planes triangles);

@@ -1,5 +1,10 @@
 //! The table against an independent derivation: loops traced face by face from the corner signs.
 
+#[path = "table/mc33.rs"]
+mod mc33;
+#[path = "table/tetrahedra.rs"]
+mod tetrahedra;
+
 use isoforge::table::{EDGE_CORNERS, MARCHING_CUBES};
 use std::collections::{BTreeMap, BTreeSet};
 

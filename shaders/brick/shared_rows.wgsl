@@ -1,4 +1,4 @@
-// What classify and emit look up of a brick, brought together by its workgroup: for GPUs. The other form: serial_rows.wgsl.
+// What classify looks up of a brick, brought together by its workgroup: for GPUs. The other form: serial_rows.wgsl.
 // `load_rows`, which does it, is that of read_rows.wgsl, read_samples.wgsl, or shaders/source/evaluate.wgsl.
 
 // Inside bits of the nine points of row y + 9 z; in the upper half, which of them are NaN or infinite.

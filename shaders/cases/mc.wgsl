@@ -5,22 +5,26 @@
 const HAS_CENTRES = false;
 
 // What the table has for a cell, to be asked by the functions below.
-fn cell_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>, case_byte: u32) -> u32 {
-    return case_byte;
+struct Entry {
+    words: vec2<u32>,
 }
 
-fn triangle_count(entry: u32) -> u32 {
-    return table[entry].x & 15u;
+fn cell_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>, case_byte: u32) -> Entry {
+    return Entry(table[case_byte]);
+}
+
+fn triangle_count(entry: Entry) -> u32 {
+    return entry.words.x & 15u;
 }
 
 // Vertices within the cell: none.
-fn centre_count(entry: u32) -> u32 {
+fn centre_count(entry: Entry) -> u32 {
     return 0u;
 }
 
 // The corners of triangle `t`, four bits each: edges.
-fn triangle_corners(entry: u32, t: u32) -> u32 {
-    let words = table[entry];
+fn triangle_corners(entry: Entry, t: u32) -> u32 {
+    let words = entry.words;
     // Behind the count, four bits an edge.
     let shift = 4u + 12u * t;
     var corners = words.x >> min(shift, 31u);

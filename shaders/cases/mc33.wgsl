@@ -5,11 +5,16 @@
 const HAS_CENTRES = true;
 const CASES = 512u;
 
-// Where in the table the cell's entry begins.
-fn cell_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>, case_byte: u32) -> u32 {
+// What the tables have for a cell, to be asked by the functions below: where it begins, and its first word.
+struct Entry {
+    at: u32,
+    head: u32,
+}
+
+fn cell_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>, case_byte: u32) -> Entry {
     let word = table[CASES + case_byte];
     if word == 0u {
-        return 2u * case_byte;
+        return Entry(2u * case_byte, table[2u * case_byte]);
     }
     var magnitudes: array<u32, 8>;
     for (var k = 0u; k < 8u; k++) {
@@ -31,34 +36,34 @@ fn cell_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>, case_byte: u32) -> 
         // Rounding may say what cannot be.
         entry = select(joined, entry, joined == 0u);
     }
-    return entry;
+    return Entry(entry, table[entry]);
 }
 
-fn triangle_count(entry: u32) -> u32 {
-    return table[entry] & 15u;
+fn triangle_count(entry: Entry) -> u32 {
+    return entry.head & 15u;
 }
 
 // Vertices within the cell.
-fn centre_count(entry: u32) -> u32 {
-    return select((table[entry] >> 4u) & 3u, 0u, entry < CASES);
+fn centre_count(entry: Entry) -> u32 {
+    return select((entry.head >> 4u) & 3u, 0u, entry.at < CASES);
 }
 
 // The edges whose vertices lie around a centre, a bit each.
-fn around_centre(entry: u32, i: u32) -> u32 {
-    return (table[entry] >> (8u + 12u * i)) & 0xfffu;
+fn around_centre(entry: Entry, i: u32) -> u32 {
+    return (entry.head >> (8u + 12u * i)) & 0xfffu;
 }
 
 // The corners of triangle `t`, four bits each: edges, and from 12 on centres.
-fn triangle_corners(entry: u32, t: u32) -> u32 {
-    if entry >= CASES {
-        return table[entry + 1u + t / 2u] >> (12u * (t & 1u));
+fn triangle_corners(entry: Entry, t: u32) -> u32 {
+    if entry.at >= CASES {
+        return table[entry.at + 1u + t / 2u] >> (12u * (t & 1u));
     }
     let shift = 4u + 12u * t;
-    var corners = table[entry] >> min(shift, 31u);
+    var corners = entry.head >> min(shift, 31u);
     if shift >= 32u {
-        corners = table[entry + 1u] >> (shift - 32u);
+        corners = table[entry.at + 1u] >> (shift - 32u);
     } else if shift > 20u {
-        corners |= table[entry + 1u] << (32u - shift);
+        corners |= table[entry.at + 1u] << (32u - shift);
     }
     return corners;
 }

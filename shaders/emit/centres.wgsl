@@ -49,7 +49,7 @@ fn make_centre(slot: u32, origin: vec3<u32>, cell: vec3<u32>, around: u32, lowes
     for (var edges = around; edges != 0u; edges &= edges - 1u) {
         let edge = countTrailingZeros(edges);
         let lower = lower_corner(edge);
-        let axis = vec3<u32>(vec3<u32>(0u, 1u, 2u) == vec3<u32>(edge >> 2u));
+        let axis = along(edge >> 2u);
         let a = sample_bits(slot, origin, cell + lower);
         let b = sample_bits(slot, origin, cell + lower + axis);
         sum += vec3<f32>(lower) + vec3<f32>(axis) * crossing(bitcast<f32>(a), bitcast<f32>(b));

@@ -39,17 +39,30 @@ fn emit_vertices(
         if place >= call.vertex_capacity {
             break;
         }
-        let vertex = make_vertex(slot, origin, edge_of_vertex(slot, k));
-        write_vertex(place, vertex);
+        let edge = edge_of_vertex(slot, k);
+        write_vertex(place, make_vertex(slot, origin, edge.xyz, along(edge.w)));
     }
     report_runaway();
 }
 
-// Number of the vertex on the edge that is bit `bit` of row `row` of the brick.
-fn own_vertex(row: u32, bit: u32, slot: u32) -> u32 {
-    let word = records[slot].rows[row];
-    let before = (records[slot].planes[row / 8u] & 0xffffu) + (word >> 24u) + countOneBits(word & ((1u << bit) - 1u));
-    return params.first_vertices.x + offsets[slot].x + before;
+// Number of the vertex on the edge along `axis` of a point, 0 to 8 along each axis, of the brick or of those beside it.
+fn owned_vertex(owner: vec3<u32>, axis: u32, brick: u32, slot: u32) -> u32 {
+    // 1 where the owner lies in the next brick along an axis.
+    let next = owner >> vec3<u32>(3u);
+    let p = owner & vec3<u32>(7u);
+    var there = slot;
+    if any(next != vec3<u32>(0u)) {
+        there = slot_of_brick(brick + next.x + params.slab_extent.x * (next.y + params.slab_extent.y * next.z));
+    }
+    let row = records[there].rows[p.y + 8u * p.z];
+    let earlier = row & ((1u << (8u * axis + p.x)) - 1u);
+    let before = (records[there].planes[p.z] & 0xffffu) + (row >> 24u) + countOneBits(earlier);
+    return params.first_vertices[next.y + 2u * next.z] + offsets[there].x + before;
+}
+
+// Inside bits of the rows (y, z), (y+1, z), (y, z+1), (y+1, z+1).
+fn cell_rows(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> vec4<u32> {
+    return rows_at(slot, origin, y, z);
 }
 
 // One invocation a row.

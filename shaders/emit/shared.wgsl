@@ -32,19 +32,65 @@ fn emit_vertices(
             break;
         }
         let edge = brick_edges[k];
-        let vertex = make_vertex(slot, origin, vec4<u32>(edge & 7u, (edge >> 5u) & 7u, edge >> 8u, (edge >> 3u) & 3u));
-        write_vertex(place, vertex);
+        let owner = vec3<u32>(edge & 7u, (edge >> 5u) & 7u, edge >> 8u);
+        write_vertex(place, make_vertex(slot, origin, owner, along((edge >> 3u) & 3u)));
     }
     report_runaway();
 }
 
-// Each row's crossed edges, and the number of its first vertex.
-var<workgroup> own_edges: array<u32, 64>;
-var<workgroup> own_first: array<u32, 64>;
+// Of the rows y + 9 z (0 to 8) of the brick's cells, whichever brick owns them: the crossed edges, and the number of the first
+// vertex. Behind these 81, what lies in the next bricks along x of the same rows.
+var<workgroup> row_edges: array<u32, 162>;
+var<workgroup> row_first: array<u32, 162>;
 
-// Number of the vertex on the edge that is bit `bit` of row `row` of the brick.
-fn own_vertex(row: u32, bit: u32, slot: u32) -> u32 {
-    return own_first[row] + countOneBits(own_edges[row] & ((1u << bit) - 1u));
+// Looks them up. Bricks that are not active have no crossed edges. Of bricks beyond the grid's end there is anything, and no
+// cell asks for it.
+fn load_edges(slot: u32, brick: u32, lane: u32) {
+    for (var i = lane; i < 162u; i += 64u) {
+        let row = i % 81u;
+        let owner = vec3<u32>(8u * (i / 81u), row % 9u, row / 9u);
+        // 1 where the owner lies in the next brick along an axis.
+        let next = owner >> vec3<u32>(3u);
+        let p = owner & vec3<u32>(7u);
+        var there = slot;
+        var is_there = true;
+        if any(next != vec3<u32>(0u)) {
+            let beside = brick + next.x + params.slab_extent.x * (next.y + params.slab_extent.y * next.z);
+            is_there = is_active(beside);
+            there = select(slot, slot_of_brick(beside), is_there);
+        }
+        let word = records[there].rows[p.y + 8u * p.z];
+        row_edges[i] = select(0u, word & 0xffffffu, is_there);
+        row_first[i] = params.first_vertices[next.y + 2u * next.z] + offsets[there].x
+            + (records[there].planes[p.z] & 0xffffu) + (word >> 24u);
+    }
+}
+
+// The inside bits of the rows (y, z), (y+1, z), (y, z+1), (y+1, z+1): they change where edges are crossed, so that one sample of
+// a row is enough.
+fn cell_rows(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> vec4<u32> {
+    let row = y + 9u * z;
+    let here = vec2<u32>(row_edges[row], row_edges[row + 81u]);
+    let up = vec2<u32>(row_edges[row + 1u], row_edges[row + 82u]);
+    var bits = (here.x & 0xffu) << 1u;
+    bits ^= bits << 1u;
+    bits ^= bits << 2u;
+    bits ^= bits << 4u;
+    bits ^= select(0u, 0x1ffu, is_inside(row_bits(row_start(slot, origin, y, z), origin, 0u)));
+    let next_y = bits ^ crossed_along(here >> vec2<u32>(8u));
+    return vec4<u32>(bits, next_y, bits ^ crossed_along(here >> vec2<u32>(16u)), next_y ^ crossed_along(up >> vec2<u32>(16u)))
+        & vec4<u32>(0x1ffu);
+}
+
+// The crossed edges of a row's nine points along an axis, of which the last is another brick's.
+fn crossed_along(edges: vec2<u32>) -> u32 {
+    return (edges.x & 0xffu) | ((edges.y & 1u) << 8u);
+}
+
+// Number of the vertex on the edge along `axis` of a point, 0 to 8 along each axis, of the brick or of those beside it.
+fn owned_vertex(owner: vec3<u32>, axis: u32, brick: u32, slot: u32) -> u32 {
+    let row = owner.y + 9u * owner.z + 81u * (owner.x >> 3u);
+    return row_first[row] + countOneBits(row_edges[row] & ((1u << (8u * axis + (owner.x & 7u))) - 1u));
 }
 
 // One invocation a row.
@@ -54,19 +100,14 @@ fn emit_indices(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    let live_slot = slot_of(group, groups);
-    let live = live_slot < batch_end(work.own_active);
-    let slot = select(call.first_slot, live_slot, live);
-    let brick = active_list[slot];
-    let origin = brick_origin(brick);
+    let slot = slot_of(group, groups);
+    let live = slot < batch_end(work.own_active);
+    let brick = active_list[select(call.first_slot, slot, live)];
     if live {
-        let word = records[slot].rows[row];
-        own_edges[row] = word & 0xffffffu;
-        own_first[row] = params.first_vertices.x + offsets[slot].x + (records[slot].planes[row / 8u] & 0xffffu) + (word >> 24u);
+        load_edges(slot, brick, row);
     }
-    load_rows(slot, origin, row, live);
-    if !live {
-        return;
+    workgroupBarrier();
+    if live {
+        write_triangles(slot, brick, brick_origin(brick), row);
     }
-    write_triangles(slot, brick, origin, row);
 }

@@ -57,7 +57,8 @@ struct Call {
     // Vertices and triangles that the windows of the mesh's buffers hold.
     vertex_capacity: u32,
     triangle_capacity: u32,
-    unused: u32,
+    // How near to the surface a snapped vertex lies, in world units.
+    epsilon: f32,
 }
 
 @group(0) @binding(33) var<uniform> call: Call;

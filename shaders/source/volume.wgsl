@@ -43,11 +43,11 @@ fn volume_gradient(point: vec3<u32>) -> vec3<f32> {
     );
 }
 
-// Outward vector, not yet of unit length, at the fraction `t` of an owned edge (Lorensen & Cline:
+// Outward vector, not yet of unit length, at the fraction `t` of an owned edge to the point `across` (Lorensen & Cline:
 // gradients at both ends, interpolated as the vertex is).
-fn outward_vector(origin: vec3<u32>, local: vec3<u32>, axis: vec3<u32>, t: f32, position: vec3<f32>) -> vec3<f32> {
+fn outward_vector(origin: vec3<u32>, local: vec3<u32>, across: vec3<u32>, t: f32, position: vec3<f32>) -> vec3<f32> {
     let a = volume_gradient(origin + local);
-    let b = volume_gradient(origin + local + axis);
+    let b = volume_gradient(origin + local + across);
     let g = a + (b - a) * t;
     return ((params.outward_x * g.x + params.outward_y * g.y) + params.outward_z * g.z) * call.outward_sign;
 }

@@ -2,7 +2,7 @@
 
 use super::args::{AccuracyArgs, SourceArgs};
 use super::source::{self, Opened};
-use super::{Failure, backend, method, say};
+use super::{Failure, backend, method, say, tell};
 use crate::accuracy::{Accuracy, measure};
 use crate::extract::{Options, Source, extract_on_cpu};
 use crate::field::Surface;
@@ -73,7 +73,7 @@ fn measure_source(name: &str, args: &AccuracyArgs) -> Result<Table, Failure> {
     let memory_budget = backend::memory_budget(None);
     let Opened { loaded, notes, refine: wanted, .. } =
         source::load(&source, &Default::default(), memory_budget)?;
-    notes.iter().for_each(|note| eprintln!("isoforge: {note}"));
+    notes.iter().for_each(tell);
     let options = loaded.options(&source, memory_budget)?;
     let (surface, grid) = method::surface(&loaded, &options)?;
     let settings = method::refine_settings(&args.refine.unwrap_or_default(), &wanted, &grid)?;

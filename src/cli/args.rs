@@ -3,6 +3,7 @@
 use super::values::{
     RefineArg, Size, Triple, bounds, byte_count, cells, degrees, dims, parameter, refine, size, triple,
 };
+use crate::extract::Method;
 use crate::field::Sense;
 use crate::gpu::Form;
 use crate::render::Shade;
@@ -218,6 +219,24 @@ pub struct MethodArgs {
     #[arg(long, value_enum, default_value = "mc")]
     pub method: MethodArg,
 
+    /// Put vertices on a field's surface itself, not only where the samples at the ends of their edges say: within so many world
+    /// units, by secant and bisection steps
+    #[arg(long, value_name = "EPSILON", conflicts_with = "midpoint", allow_negative_numbers = true)]
+    pub snap: Option<f32>,
+
+    /// Put vertices in the middle of their edges: fast, and coarse
+    #[arg(long)]
+    pub midpoint: bool,
+
+    /// Close the mesh where the domain ends: what lies beyond is outside. A volume is copied, as f32; zero-area triangles are contracted
+    /// as by --no-degenerate
+    #[arg(long, conflicts_with = "open")]
+    pub cap: bool,
+
+    /// Leave the mesh open where the domain ends [default]
+    #[arg(long)]
+    pub open: bool,
+
     /// How far the mesh of --method dmc or octree may lie from the surface, in world units [default: a tenth of the
     /// shortest cell edge]
     #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
@@ -262,11 +281,31 @@ pub enum MethodArg {
     Mc,
     /// Marching cubes on the uniform grid with the topology of the trilinear interpolant in every cell
     Mc33,
+    /// Marching tetrahedra on the uniform grid: each cell cut in six, no ambiguity, more triangles
+    Mt,
     /// Polygons of an octree's cells (Bloomenthal), closed between cells of different sizes
     Octree,
     /// Dual contouring of an octree whose smallest cells are the grid's: fewer triangles where the surface is flat, sharp
     /// edges
     Dmc,
+}
+
+/// The methods of [`MethodArg`] that go over the cells of the uniform grid, on both backends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CellsArg {
+    Mc,
+    Mc33,
+    Mt,
+}
+
+impl From<CellsArg> for Method {
+    fn from(method: CellsArg) -> Self {
+        match method {
+            CellsArg::Mc => Self::MarchingCubes,
+            CellsArg::Mc33 => Self::Mc33,
+            CellsArg::Mt => Self::Tetrahedra,
+        }
+    }
 }
 
 /// Where and within which limits the work is done.
@@ -360,6 +399,10 @@ pub struct CompareArgs {
     #[command(flatten)]
     pub source: SourceArgs,
 
+    /// How cells become triangles
+    #[arg(long, value_enum, default_value = "mc")]
+    pub method: CellsArg,
+
     #[command(flatten)]
     pub raw: RawArgs,
 }
@@ -418,6 +461,10 @@ pub struct BenchArgs {
     /// Sample the fields into arrays and extract those, too
     #[arg(long)]
     pub arrays: bool,
+
+    /// How cells become triangles, one method after the other
+    #[arg(long, value_enum, value_name = "METHOD,…", value_delimiter = ',', default_value = "mc")]
+    pub methods: Vec<CellsArg>,
 
     /// Take every brick of the fields, not only those that their intervals leave
     #[arg(long)]

@@ -1,7 +1,7 @@
 //! `isoforge bench`.
 
 use super::args::BenchArgs;
-use super::{Failure, backend, say};
+use super::{Failure, backend, say, tell};
 use crate::bench::{Backend, BenchOptions, VolumeCase, run as measure};
 use crate::gpu::{AdapterChoice, Gpu};
 use crate::volume::{self, OpenOptions};
@@ -15,7 +15,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
             let opened = volume::open(path, &OpenOptions { raw: None, max_bytes: Some(memory_budget) });
             let opened = opened.map_err(Failure::run)?;
             if !args.quiet {
-                opened.notes.iter().for_each(|note| eprintln!("isoforge: {note}"));
+                opened.notes.iter().for_each(tell);
             }
             Some((opened.volume, iso))
         }
@@ -49,6 +49,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
             volume,
             iso: *iso,
         }),
+        methods: args.methods.iter().map(|&method| method.into()).collect(),
         arrays: args.arrays,
         dense: args.dense,
         roofline: args.roofline,
@@ -58,12 +59,12 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
         seconds: args.seconds,
         memory_budget,
     };
-    let mut tell = |what: &str| {
+    let mut measuring = |what: &str| {
         if !args.quiet {
-            eprintln!("isoforge: measuring {what}");
+            tell(format_args!("measuring {what}"));
         }
     };
-    let report = measure(&options, gpu.as_ref(), &mut tell).map_err(Failure::usage)?;
+    let report = measure(&options, gpu.as_ref(), &mut measuring).map_err(Failure::usage)?;
     let json = serde_json::to_string(&report).map_err(Failure::run)?;
     if let Some(path) = &args.json {
         super::write_text(&json, path)?;

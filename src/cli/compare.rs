@@ -2,18 +2,19 @@
 
 use super::args::CompareArgs;
 use super::source::{self, Opened};
-use super::{Failure, backend, say};
+use super::{Failure, backend, say, tell};
 use crate::compare::compare;
-use crate::extract::Extractor;
+use crate::extract::{Extractor, Options};
 use crate::gpu::{AdapterChoice, Gpu};
 
 /// Runs both backends stage by stage and prints what agrees.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let memory_budget = backend::memory_budget(None);
     let Opened { loaded, notes, .. } = source::load(&args.source, &args.raw, memory_budget)?;
-    let options = loaded.options(&args.source, memory_budget)?;
+    let method = args.method.into();
+    let options = Options { method, ..loaded.options(&args.source, memory_budget)? };
     let remark = source::precision_remark(loaded.source().grid());
-    notes.iter().chain(&remark).for_each(|note| eprintln!("isoforge: {note}"));
+    notes.iter().chain(&remark).for_each(tell);
     let gpu = Gpu::open(AdapterChoice::Best).map_err(Failure::run)?;
     say(format_args!("{} against the CPU: {}, iso {}", gpu.info.name, args.source.source, options.iso));
     let extractor = Extractor::new(gpu).map_err(Failure::run)?;

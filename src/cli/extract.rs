@@ -5,9 +5,10 @@ use super::progress::Progress;
 use super::source::{Loaded, Opened};
 use super::stats::{Seconds, Stats};
 use super::watchdog::{EXTRACTING, Watchdog};
-use super::{Failure, backend, method, picture, planes, source};
-use crate::extract::{ExtractError, Extractor, Options, Report, extract_on_cpu};
+use super::{Failure, backend, method, picture, planes, source, tell};
+use crate::extract::{Capped, ExtractError, Extractor, Options, Report, Source, extract_on_cpu};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
+use crate::grid::Grid;
 use crate::mesh::{Mesh, write};
 use crate::track::TrackError;
 use serde_json::Value;
@@ -33,7 +34,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let progress = Progress::new(args.quiet);
     let remark = |text: &str| {
         if !args.quiet {
-            eprintln!("isoforge: {text}");
+            tell(text);
         }
     };
 
@@ -45,8 +46,12 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let read = start.elapsed().as_secs_f64();
     notes.iter().for_each(|note| remark(note));
     let method = args.method.method.of_cells().unwrap_or_default();
-    let options = Options { method, ..loaded.options(&args.source, memory_budget)? };
-    let source = loaded.source();
+    let placement = args.method.placement();
+    let options = Options { method, placement, ..loaded.options(&args.source, memory_budget)? };
+    let capped = args.method.cap.then(|| Capped::new(&loaded.source(), options.iso, options.sense));
+    let capped = capped.transpose().map_err(Failure::run)?;
+    let source = capped.as_ref().map_or(loaded.source(), Capped::source);
+    let grid = *source.grid();
     let wanted = args.method.refine.as_ref();
     let settings =
         wanted.map(|wanted| method::refine_settings(wanted, &refine, source.grid())).transpose()?;
@@ -65,7 +70,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     if gpu.is_some() {
         picture::check_memory(args, true, memory_budget)?;
     }
-    let job = Job { args, loaded: &loaded, options: &options, progress: &progress, remark: &remark };
+    let job = Job { args, loaded: &loaded, source, options: &options, progress: &progress, remark: &remark };
     let Done { made, mut report, told } = job.extract(gpu)?;
     let refining = Instant::now();
     let (made, refined) = match &settings {
@@ -86,6 +91,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     }
 
     let is_volume = matches!(loaded, Loaded::Volume { .. });
+    drop(capped);
     drop(loaded);
     if let Some(path) = &args.png {
         progress.phase("drawing");
@@ -121,7 +127,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         Made::Gpu(_) => None,
         Made::Cpu(mesh) => Some(mesh),
     };
-    let finished = finish(args, mesh, &mut seconds, &progress)?;
+    let finished = finish(args, mesh, &grid, &mut seconds, &progress)?;
     drop(progress);
 
     seconds.total = start.elapsed().as_secs_f64();
@@ -132,6 +138,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
             triangles: finished.triangles.unwrap_or(report.triangles),
             degenerate_triangles: finished.degenerate,
             removed_triangles: finished.removed,
+            open_edges: finished.open_edges,
             bricks: report.bricks,
             active_bricks: report.active_bricks,
             slabs: report.slabs,
@@ -186,6 +193,8 @@ fn check_targets(args: &ExtractArgs) -> Result<(), Failure> {
 pub struct Job<'a> {
     pub args: &'a ExtractArgs,
     pub loaded: &'a Loaded,
+    /// What is swept or tracked: what was loaded, or that with closed borders.
+    pub source: Source<'a>,
     pub options: &'a Options,
     pub progress: &'a Progress,
     pub remark: &'a dyn Fn(&str),
@@ -229,9 +238,9 @@ impl Job<'_> {
             _ if args.method.sharp => self.sharp(),
             MethodArg::Dmc => self.dual_marching_cubes(),
             MethodArg::Octree => self.octree(),
-            MethodArg::Mc | MethodArg::Mc33 => {
+            MethodArg::Mc | MethodArg::Mc33 | MethodArg::Mt => {
                 let (mesh, report) =
-                    extract_on_cpu(&self.loaded.source(), self.options, &|part| self.progress.set(part))
+                    extract_on_cpu(&self.source, self.options, &|part| self.progress.set(part))
                         .map_err(Failure::run)?;
                 Ok(Done { made: Made::Cpu(mesh), report, told: Value::Null })
             }
@@ -242,15 +251,11 @@ impl Job<'_> {
         let watchdog = Watchdog::new(self.args.run.time_limit, EXTRACTING);
         let extractor = Extractor::new(gpu.clone())?;
         watchdog.alive();
-        let extraction = extractor.extract_with(
-            &self.loaded.source(),
-            self.options,
-            is_read_back(self.args),
-            &|part| {
+        let extraction =
+            extractor.extract_with(&self.source, self.options, is_read_back(self.args), &|part| {
                 watchdog.alive();
                 self.progress.set(part);
-            },
-        )?;
+            })?;
         drop(watchdog);
         let made = Made::Gpu(Box::new((extractor, extraction.mesh)));
         Ok(Done { made, report: extraction.report, told: Value::Null })
@@ -298,20 +303,31 @@ pub struct Finished {
     pub triangles: Option<u64>,
     pub degenerate: Option<u64>,
     pub removed: u64,
+    pub open_edges: Option<u64>,
 }
 
 /// Cleans, counts and writes the mesh, if it was read back.
 fn finish(
     args: &ExtractArgs,
     mesh: Option<Mesh>,
+    grid: &Grid,
     seconds: &mut Seconds,
     progress: &Progress,
 ) -> Result<Finished, Failure> {
     let Some(mut mesh) = mesh else {
-        return Ok(Finished { vertices: None, triangles: None, degenerate: None, removed: 0 });
+        return Ok(Finished {
+            vertices: None,
+            triangles: None,
+            degenerate: None,
+            removed: 0,
+            open_edges: None,
+        });
     };
-    let removed = if args.no_degenerate { mesh.remove_degenerate().triangles as u64 } else { 0 };
+    // Where sides of the domain meet, a cap has triangles without area.
+    let removed =
+        if args.no_degenerate || args.method.cap { mesh.remove_degenerate().triangles as u64 } else { 0 };
     let degenerate = Some(mesh.degenerate_count() as u64);
+    let open_edges = Some(mesh.open_edges_at_border(grid));
     if let Some(path) = &args.output {
         progress.phase("writing");
         let since = Instant::now();
@@ -323,6 +339,7 @@ fn finish(
         triangles: Some(mesh.triangles.len() as u64),
         degenerate,
         removed,
+        open_edges,
     })
 }
 
@@ -352,6 +369,9 @@ pub fn summary(
             text +=
                 &format!(" ({removed} removed by --no-degenerate, {} of zero area left)", left.unwrap_or(0))
         }
+    }
+    if let Some(open @ 1..) = finished.open_edges {
+        text += &format!(", {open} open edges where the domain ends");
     }
     text + &format!(" on {place} in {total:.2} s")
 }

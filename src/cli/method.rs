@@ -6,7 +6,7 @@ use super::source::Loaded;
 use super::values::RefineArg;
 use super::watchdog::{EXTRACTING, Watchdog};
 use super::{Failure, backend};
-use crate::extract::{Extractor, Method, Options, Report};
+use crate::extract::{Extractor, Method, Options, Placement, Report};
 use crate::field::{Field, Sense, Surface};
 use crate::gpu::{Gpu, GpuMesh};
 use crate::grid::Grid;
@@ -31,12 +31,22 @@ impl MethodArg {
         match self {
             Self::Mc => Some(Method::MarchingCubes),
             Self::Mc33 => Some(Method::Mc33),
+            Self::Mt => Some(Method::Tetrahedra),
             Self::Octree | Self::Dmc => None,
         }
     }
 }
 
 impl MethodArgs {
+    /// Where vertices lie on their edges.
+    pub fn placement(&self) -> Placement {
+        match self.snap {
+            Some(epsilon) => Placement::Snapped { epsilon },
+            None if self.midpoint => Placement::Midpoint,
+            None => Placement::Linear,
+        }
+    }
+
     /// Whether the stages of the uniform grid do it.
     fn is_sweep(&self) -> bool {
         !self.sharp && self.method.of_cells().is_some()
@@ -47,7 +57,7 @@ impl MethodArgs {
         match self.method {
             MethodArg::Dmc => Some("--method dmc"),
             MethodArg::Octree => Some("--method octree"),
-            MethodArg::Mc | MethodArg::Mc33 => self.sharp.then_some("--sharp"),
+            MethodArg::Mc | MethodArg::Mc33 | MethodArg::Mt => self.sharp.then_some("--sharp"),
         }
     }
 }
@@ -62,9 +72,19 @@ pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
             "is of the uniform grid: leave it or --method out (dmc keeps edges by itself)",
         ),
         (
-            of.track && !of.is_sweep(),
+            of.track && !(of.is_sweep() && of.method != MethodArg::Mt),
             "--track",
-            "follows cells of the uniform grid: leave it or the other method out",
+            "follows cubes of the uniform grid (--method mc or mc33): leave it or the other method out",
+        ),
+        (
+            of.cap && !(of.is_sweep() && of.refine.is_none()),
+            "--cap",
+            "closes the meshes of --method mc, mc33 and mt, not refined: leave it or the other flag out",
+        ),
+        (
+            of.placement() != Placement::Linear && !of.is_sweep(),
+            "--snap or --midpoint",
+            "is of --method mc, mc33 and mt: leave it or the other flag out",
         ),
         (of.error.is_some() && of.method.of_cells().is_some(), "--error", "is of --method dmc and octree"),
         (
@@ -126,7 +146,7 @@ impl Job<'_> {
         let extractor = Extractor::new(gpu.clone())?;
         watchdog.alive();
         let seeds = seeds(&self.args.method, self.loaded);
-        let (extraction, told) = extractor.track(&self.loaded.source(), self.options, &seeds, &|part| {
+        let (extraction, told) = extractor.track(&self.source, self.options, &seeds, &|part| {
             watchdog.alive();
             self.progress.set(part);
         })?;
@@ -141,7 +161,7 @@ impl Job<'_> {
         let seeds = seeds(&self.args.method, self.loaded);
         let tell = |part| self.progress.set(part);
         let (mesh, report, told) =
-            track::track(&self.loaded.source(), self.options, &seeds, &tell).map_err(track_failure)?;
+            track::track(&self.source, self.options, &seeds, &tell).map_err(track_failure)?;
         track_notes(&told).iter().for_each(|note| (self.remark)(note));
         Ok(Done { made: Made::Cpu(mesh), report, told: track_stats(&told) })
     }

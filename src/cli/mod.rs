@@ -77,8 +77,13 @@ pub fn run() -> i32 {
 }
 
 fn complain(message: &str, code: i32) -> i32 {
-    eprintln!("isoforge: {message}");
+    tell(message);
     code
+}
+
+/// Prints a line of ours to standard error; a reader that has gone away is not an error there either.
+fn tell(text: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "isoforge: {text}");
 }
 
 /// Prints to standard output; a reader that has gone away (`| head`) is not an error.

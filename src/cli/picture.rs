@@ -66,16 +66,23 @@ pub fn draw_gpu(
     render::save_png(image, path).map_err(Failure::run)
 }
 
-/// From which angle on edges are drawn sharp, if any are: vertices of the methods beside the plain sweep lie on edges.
+/// From which angle on edges are drawn sharp, if any are: vertices of the methods beside the plain sweep lie on edges, and caps
+/// have some.
 pub fn crease(args: &ExtractArgs) -> Option<f32> {
     let method = &args.method;
-    let has_edges = method.refine.is_some() || method.sharp || method.method.of_cells().is_none();
+    let has_edges =
+        method.refine.is_some() || method.sharp || method.cap || method.method.of_cells().is_none();
     args.picture.crease.or(has_edges.then_some(CREASE)).filter(|degrees| *degrees < 180.0)
 }
 
 /// Draws a mesh by the software rasteriser.
 pub fn draw_cpu(mesh: &Mesh, args: &ExtractArgs, camera: &scene::Camera, path: &Path) -> Result<(), Failure> {
-    let split = crease(args).map(|degrees| mesh.split_creases(degrees));
+    // What has no area has no normal to tell edges by.
+    let split = crease(args).map(|degrees| {
+        let mut mesh = mesh.clone();
+        mesh.remove_degenerate();
+        mesh.split_creases(degrees)
+    });
     let (mesh, args) = (split.as_ref().unwrap_or(mesh), &args.picture);
     let camera = Camera::fit(mesh.bounds(), &view(args, camera)).map_err(Failure::run)?;
     let image = render::render_software(mesh, &camera, &style(args)).map_err(Failure::run)?;

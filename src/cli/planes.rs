@@ -67,7 +67,8 @@ pub fn run(
     }
     let sense = args.source.inside.map(Into::into);
     let method = args.method.method.of_cells().unwrap_or_default();
-    let settings = Options { sense, method, memory_budget, ..Options::new(iso) };
+    let placement = args.method.placement();
+    let settings = Options { sense, method, placement, memory_budget, ..Options::new(iso) };
     progress.phase("extracting");
     let report =
         extract_planes(&mut planes, &settings, output, &|part| progress.set(part)).map_err(Failure::run)?;
@@ -78,7 +79,8 @@ pub fn run(
     if report.triangles == 0 {
         remark(&format!("the mesh is empty: no sample crosses iso {iso}"));
     }
-    let finished = Finished { vertices: None, triangles: None, degenerate: None, removed: 0 };
+    let finished =
+        Finished { vertices: None, triangles: None, degenerate: None, removed: 0, open_edges: None };
     let seconds = Seconds { total: start.elapsed().as_secs_f64(), ..Seconds::of(&report) };
     remark(&summary(args, &report, &finished, None, seconds.total));
     if let Some(path) = &args.stats {
@@ -87,6 +89,7 @@ pub fn run(
             triangles: report.triangles,
             degenerate_triangles: None,
             removed_triangles: 0,
+            open_edges: None,
             bricks: report.bricks,
             active_bricks: report.active_bricks,
             slabs: report.slabs,
@@ -112,6 +115,7 @@ fn obstacle(args: &ExtractArgs) -> Option<&'static str> {
         (args.png.is_some(), "--png needs the whole mesh"),
         (args.no_degenerate, "--no-degenerate needs the whole mesh"),
         (of.refine.is_some(), "--refine needs the whole mesh"),
+        (of.cap, "--cap needs the whole volume"),
         (of.sharp, "--sharp needs the whole volume"),
         (of.track, "--track needs the whole volume"),
         (of.method.of_cells().is_none(), "--method dmc and octree need the whole volume"),

@@ -27,9 +27,9 @@ impl Watchdog {
                     Ok(()) => {}
                     Err(RecvTimeoutError::Disconnected) => return,
                     Err(RecvTimeoutError::Timeout) => {
-                        eprintln!(
-                            "isoforge: the GPU did not finish a piece of work within {seconds} s: {remedy}"
-                        );
+                        super::tell(format_args!(
+                            "the GPU did not finish a piece of work within {seconds} s: {remedy}"
+                        ));
                         std::process::exit(1);
                     }
                 }

@@ -5,11 +5,10 @@ use crate::field::differences::Normals;
 use crate::field::{Field, NoForm, Sense};
 use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
-use crate::stage::classify::cpu::{classify, classify_mc33};
+use crate::stage::classify::cpu::classify;
 use crate::stage::cull::bounds::BlockFields;
 use crate::stage::emit::cpu::{
-    Beside, EdgeNumbers, Gradients, Nearby, NormalsOf, emit_centres, emit_field_vertices, emit_indices,
-    emit_indices_mc33, emit_volume_vertices,
+    Beside, EdgeNumbers, Gradients, Nearby, NormalsOf, emit_indices, emit_vertices,
 };
 use crate::stage::inside::Inside;
 use crate::stage::normals::cpu::{add_neighbours, average};
@@ -17,7 +16,6 @@ use crate::stage::params::Params;
 use crate::stage::sample::row::Sampler;
 use crate::stage::samples::Samples;
 use crate::stage::scan::cpu::scan;
-use crate::table::MARCHING_CUBES;
 use crate::volume::Volume;
 use bytemuck::Zeroable;
 use rayon::prelude::*;
@@ -40,7 +38,7 @@ pub(crate) struct Job<'a> {
     pub(crate) source: Source<'a>,
     pub(crate) params: Params,
     pub(crate) inside: Inside,
-    method: Method,
+    pub(crate) method: Method,
     normals: Normals,
     memory_budget: u64,
     /// Bytes that the caller holds beside the records and the mesh.
@@ -56,7 +54,9 @@ impl<'a> Job<'a> {
         let sense = options.sense.unwrap_or(source.sense());
         Ok(Self {
             source: *source,
-            params: Params::new(source.grid(), options.iso, sense).with_normals(options.normals),
+            params: Params::new(source.grid(), options.iso, sense)
+                .with_normals(options.normals)
+                .with_placement(options.placement),
             inside: Inside::new(options.iso, sense),
             method: options.method,
             normals: options.normals,
@@ -89,10 +89,7 @@ impl<'a> Job<'a> {
 
     #[inline(always)]
     fn classify_brick(&self, samples: &Samples<'_>, record: &mut BrickRecord) -> [u32; 2] {
-        match self.method {
-            Method::MarchingCubes => classify(&MARCHING_CUBES, self.inside, samples, record),
-            Method::Mc33 => classify_mc33(&MARCHING_CUBES, self.params.iso, self.inside, samples, record),
-        }
+        classify(&self.params, self.method, self.inside, samples, record)
     }
 
     /// Samples and classifies bricks, and keeps those with surface. `look` sees the samples of each.
@@ -257,43 +254,17 @@ impl<'a> Job<'a> {
         let (params, inside, brick) = (&self.params, self.inside, bricks[slot]);
         let samples = self.samples(next, sampler)?;
         let beside = Beside::new(nearby, bricks, records, counts, slot);
-        match self.method {
-            Method::MarchingCubes => {
-                emit_indices(params, &MARCHING_CUBES, inside, &samples, &beside, numbers, triangles);
-            }
-            Method::Mc33 => {
-                let end = counts[slot + 1][0];
-                emit_indices_mc33(
-                    params,
-                    &MARCHING_CUBES,
-                    inside,
-                    &samples,
-                    &beside,
-                    numbers,
-                    end,
-                    triangles,
-                );
-            }
-        }
-        let (origin, record) = (params.brick_origin(brick), &records[slot]);
-        let (vertices, centres) = vertices.split_at_mut(record.edge_vertices() as usize);
-        let (of_centres, mut marked) = match self.source {
+        let here = (params.brick_origin(brick), &samples);
+        let end = counts[slot + 1][0];
+        emit_indices(params, self.method, inside, here, &beside, numbers, end, triangles);
+        let normals = match self.source {
             Source::Field(whole, _) => {
                 let here = self.fields.field_in(params, brick, whole);
-                let field = Gradients { normals: self.normals, here, whole };
-                let marked = emit_field_vertices(params, inside, &field, origin, &samples, record, vertices)?;
-                (NormalsOf::Field(field), marked)
+                NormalsOf::Field(Gradients { normals: self.normals, here, whole })
             }
-            Source::Volume(volume) => {
-                let values = volume.values();
-                let marked = emit_volume_vertices(params, inside, values, origin, record, vertices);
-                (NormalsOf::Volume(values), marked)
-            }
+            Source::Volume(volume) => NormalsOf::Volume(volume.values()),
         };
-        if !centres.is_empty() {
-            marked |= emit_centres(params, inside, of_centres, origin, &samples, record, centres)?;
-        }
-        Ok(marked)
+        emit_vertices(params, self.method, inside, normals, here, &records[slot], vertices)
     }
 
     /// The samples of the first of `bricks`: where they lie in a volume, or evaluated.

@@ -185,7 +185,7 @@ impl Extractor {
         offset: u64,
         timer: &mut Timer,
     ) {
-        if let Some(sample) = &space.kernels.sample {
+        if let Some(sample) = &space.sample {
             let mut pass = timer.pass(encoder, "sample", at::SAMPLE);
             sample.encode(&self.gpu, &mut pass, bindings, &space.dispatches, offset);
         }

@@ -12,15 +12,14 @@ use crate::grid::Grid;
 use crate::stage::cull::Cull;
 use crate::stage::normals::Normals;
 use crate::stage::scan::{Scan, Scanned};
-use crate::stage::shaders::Samples;
-use crate::table::mc33::MC33;
+use crate::stage::shaders::{self, Samples};
 use crate::volume::Scalar;
 use std::sync::Arc;
 use std::time::Instant;
 use wgpu::BufferUsages as U;
 
 /// The WGSL of a field.
-type Texts = [Arc<str>; 3];
+type Texts = [Arc<str>; 4];
 
 /// The pipelines of extraction on one device, compiled once; a field's are compiled when it is first
 /// seen (those of the last 64 are kept), and changing its parameters compiles nothing.
@@ -47,9 +46,9 @@ impl Extractor {
     /// # Errors
     /// [`ExtractError::Gpu`].
     pub fn new(gpu: Gpu) -> Result<Self, ExtractError> {
-        let words = MC33.words();
-        let table = gpu.buffer("table", size_of_val(words) as u64, U::STORAGE | U::COPY_DST)?;
-        gpu.write(&table, bytemuck::cast_slice(words))?;
+        let words = shaders::table_words();
+        let table = gpu.buffer("table", 4 * words.len() as u64, U::STORAGE | U::COPY_DST)?;
+        gpu.write(&table, bytemuck::cast_slice(&words))?;
         Ok(Self {
             cull: Cull::new(&gpu)?,
             scan_map: Scan::new(&gpu, Scanned::Map)?,
@@ -76,8 +75,9 @@ impl Extractor {
 
     fn field_kernels(&self, wgsl: &Wgsl) -> Result<Arc<SourceKernels>, GpuError> {
         let none = || Arc::from("");
-        let [gradient, interval] = [&wgsl.gradient, &wgsl.interval].map(|t| t.clone().unwrap_or_else(none));
-        let key = [wgsl.value.clone(), gradient, interval];
+        let [gradient, interval, planes] =
+            [&wgsl.gradient, &wgsl.interval, &wgsl.planes].map(|t| t.clone().unwrap_or_else(none));
+        let key = [wgsl.value.clone(), gradient, interval, planes];
         self.fields.get(key, || SourceKernels::new(&self.gpu, Samples::Field(wgsl)))
     }
 

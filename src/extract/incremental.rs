@@ -254,7 +254,7 @@ impl<'a> Run<'a> {
         job.budget(MESH, needed)?;
         *peak_bytes = (job.held_bytes + needed) as u64;
         kept.scan();
-        let numbers = new_numbers(last, &kept, from);
+        let numbers = new_numbers(job, last, &kept, from);
         self.clock.lap(at::SCAN);
 
         let kept = kept;
@@ -348,7 +348,7 @@ fn joined(old: &Kept, slots: impl Iterator<Item = usize>, fresh: Kept) -> (Kept,
 
 /// Of each vertex before, the number that it has now. In a brick that was emitted again that is the number of the vertex
 /// on the same edge: where a brick that is taken over names it, there is one.
-fn new_numbers(last: &Last, kept: &Kept, from: &[u32]) -> Vec<u32> {
+fn new_numbers(job: &Job<'_>, last: &Last, kept: &Kept, from: &[u32]) -> Vec<u32> {
     let mut numbers: Vec<u32> = bytemuck::zeroed_vec(last.mesh.vertices.len());
     let mut left = &mut numbers[..];
     let slots = last.kept.bricks.len();
@@ -374,7 +374,10 @@ fn new_numbers(last: &Last, kept: &Kept, from: &[u32]) -> Vec<u32> {
             }
             let first = kept.counts[now][0];
             if from[now] == NEW {
-                renumber_brick(&last.kept.records[slot], &kept.records[now], first, own);
+                let origin = job.params.brick_origin(brick).to_array();
+                let extent = [0, 1, 2].map(|k| (job.params.points[k] - origin[k]).min(9) as usize);
+                let records = [&last.kept.records[slot], &kept.records[now]];
+                renumber_brick(job.method, extent, records, first, own);
             } else {
                 own.iter_mut().zip(first..).for_each(|(to, number)| *to = number);
             }

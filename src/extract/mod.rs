@@ -1,6 +1,7 @@
 //! From a source of samples and an iso value to a mesh: on the GPU ([`Extractor`]), or by the CPU twins
 //! ([`extract_on_cpu`]).
 
+mod cap;
 mod cpu;
 mod cpu_extractor;
 mod encode;
@@ -14,6 +15,8 @@ mod upload;
 mod workspace;
 
 pub use crate::field::differences::Normals;
+pub use crate::stage::method::{Method, Placement};
+pub use cap::{Capped, CappedField};
 pub(crate) use cpu::{Clock, Job, KEPT_BYTES, Kept, RECORDS};
 pub use cpu_extractor::{CpuExtractor, extract_on_cpu};
 pub use gpu::Extractor;
@@ -86,22 +89,6 @@ impl Source<'_> {
     }
 }
 
-/// How the cells of the uniform grid become triangles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
-pub enum Method {
-    /// Marching cubes (Lorensen & Cline 1987) by a table whose faces agree: closed and manifold.
-    #[default]
-    MarchingCubes,
-    /// Its topologically correct form: in each cell the mesh is what the trilinear interpolant of the samples is
-    /// (Chernyaev 1995, with vertices within the cell where one is needed).
-    Mc33,
-}
-
-impl Method {
-    /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 2] = [Self::MarchingCubes, Self::Mc33];
-}
-
 /// The settings of one extraction; changing them uploads nothing, and compiles nothing but the kernel of another
 /// kind of normals when it is first asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,6 +97,8 @@ pub struct Options {
     pub iso: f32,
     /// How cells become triangles.
     pub method: Method,
+    /// Where on its edge a vertex lies.
+    pub placement: Placement,
     /// Which side is inside, where it is not the source's own sense.
     pub sense: Option<Sense>,
     /// What the normals of a field come from; those of a volume are differences of its samples.
@@ -126,6 +115,7 @@ impl Options {
         Self {
             iso,
             method: Method::default(),
+            placement: Placement::default(),
             sense: None,
             normals: Normals::Exact,
             cull: true,
@@ -137,6 +127,11 @@ impl Options {
     pub(crate) fn check(&self) -> Result<(), ExtractError> {
         if !self.iso.is_finite() {
             return Err(ExtractError::Iso(self.iso));
+        }
+        if let Placement::Snapped { epsilon } = self.placement
+            && !(epsilon.is_finite() && epsilon > 0.0)
+        {
+            return Err(ExtractError::Epsilon(epsilon));
         }
         match self.normals.delta() {
             Some(delta) if !(delta.is_finite() && delta > 0.0) => Err(ExtractError::Delta(delta)),
@@ -198,6 +193,9 @@ pub enum ExtractError {
     /// The iso value is NaN or infinite.
     #[error("the iso value is {0}: give a finite number")]
     Iso(f32),
+    /// The tolerance of snapped vertices is NaN, infinite, 0 or below.
+    #[error("vertices are to lie within {0} of the surface: give a finite number over 0, in world units")]
+    Epsilon(f32),
     /// The step of differences is NaN, infinite, 0 or below.
     #[error(
         "the step of the normals' differences is {0}: give a finite number over 0, in world units, or none for a \

@@ -13,7 +13,7 @@ use crate::stage::cull::{Bounds, Range};
 use crate::stage::emit::{Emit, Vertices};
 use crate::stage::normals::Normals;
 use crate::stage::params::{Params, Work};
-use crate::stage::sample::Sample;
+use crate::stage::sample::{Sample, Samplers};
 use crate::stage::shaders::{self, Samples};
 use crate::volume::Scalar;
 use std::sync::{Arc, OnceLock};
@@ -33,7 +33,7 @@ pub(crate) struct SourceKernels {
     kept: Kept,
     pub(super) range: Range,
     pub(super) bounds: Option<Bounds>,
-    pub(crate) sample: Option<Sample>,
+    sample: Option<Samplers>,
     /// Those of each method, compiled when it is first asked for.
     methods: [OnceLock<MethodKernels>; Method::ALL.len()],
 }
@@ -56,7 +56,7 @@ impl SourceKernels {
                 // The texts ask whether there is data, which may be large.
                 let data = wgsl.data.iter().take(1).copied().collect();
                 let kept = Kept::Field(Box::new(Wgsl { data, ..wgsl.clone() }));
-                (kept, Some(Sample::new(gpu, wgsl)?), Bounds::new(gpu, wgsl)?)
+                (kept, Some(Samplers::new(wgsl)), Bounds::new(gpu, wgsl)?)
             }
         };
         Ok(Self { kept, range: Range::new(gpu, samples)?, bounds, sample, methods: Default::default() })
@@ -91,7 +91,7 @@ impl SourceKernels {
 
     /// The kernels that make vertices with the method and the normals of a run, compiled on the first call.
     pub(crate) fn vertices(&self, gpu: &Gpu, options: &Options) -> Result<&Vertices, GpuError> {
-        self.of(gpu, options.method)?.emit.vertices(gpu, self.samples(), options.normals)
+        self.of(gpu, options.method)?.emit.vertices(gpu, self.samples(), options.placement, options.normals)
     }
 }
 
@@ -107,6 +107,8 @@ pub struct Workspace {
     pub(crate) is_marked: bool,
     pub(crate) plan: Plan,
     pub(crate) kernels: Arc<SourceKernels>,
+    /// The sample stage for the grid, where the source is a field.
+    pub(crate) sample: Option<Arc<Sample>>,
     pub(super) field_parameters: wgpu::Buffer,
     /// Lists and samples that the field reads.
     pub(super) field_data: Arc<[u32]>,
@@ -183,6 +185,8 @@ impl Workspace {
                 odd: buffer("non-finite samples", 16)?,
             },
         };
+        let is_aligned = Params::new(source.grid(), 0.0, source.sense()).is_aligned();
+        let sample = kernels.sample.as_ref().map(|samplers| samplers.get(gpu, is_aligned)).transpose()?;
         let words = BrickMap::word_count(bricks);
         let workspace = Workspace {
             grid: *source.grid(),
@@ -191,6 +195,7 @@ impl Workspace {
             scalar,
             is_marked: false,
             kernels,
+            sample,
             field_parameters: gpu.buffer(
                 "field parameters",
                 16 * PARAMETER_VECTORS as u64,
@@ -265,7 +270,9 @@ impl Workspace {
             slab_extent: slab.extent.into(),
             source_first: slab.first_point.into(),
             source_extent: slab.points.into(),
-            ..Params::new(&self.grid, options.iso, sense).with_normals(options.normals)
+            ..Params::new(&self.grid, options.iso, sense)
+                .with_normals(options.normals)
+                .with_placement(options.placement)
         }
     }
 

@@ -70,6 +70,10 @@ pub struct Wgsl {
     /// Defines `fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32>`: bounds of the
     /// values over a box, lowest first ([`crate::graph::interval`]). Where there is none, no brick is culled.
     pub interval: Option<Arc<str>>,
+    /// Defines, without `value` beside it, `struct DensityPlane`, `fn density_plane(p: vec3<f32>) -> DensityPlane`, which reads
+    /// no z, and `fn density_in_plane(plane: DensityPlane, p: vec3<f32>) -> f32`, which gives what `value` does: so samples
+    /// are taken in grids along the world's axes. Where there is none, each sample is taken by itself.
+    pub planes: Option<Arc<str>>,
     /// What `field_data` (`array<u32>`) holds: lists and samples that the source reads.
     pub data: Arc<[u32]>,
     /// What `field_parameters` holds. Changing these compiles nothing.

@@ -170,6 +170,7 @@ impl Field for UserField {
             value: self.rewritten.clone(),
             gradient: None,
             interval: None,
+            planes: None,
             data: Arc::default(),
             parameters: Vec::new(),
             counts_loops: true,

@@ -19,35 +19,35 @@ pub type Lanes = [f32; LANES];
 /// A value and its derivatives by x, y, z.
 pub type Dual = [Lanes; 4];
 
-/// What an operation reads: numbers of the points, or one for all.
+/// What an operation reads: numbers of `N` points, or one for all.
 #[derive(Clone, Copy)]
-enum Argument<'a> {
-    Lanes(&'a Lanes),
+enum Argument<'a, const N: usize> {
+    Lanes(&'a [f32; N]),
     One(f32),
 }
 
-struct Unary<'a> {
-    a: Argument<'a>,
-    out: &'a mut Lanes,
+struct Unary<'a, const N: usize> {
+    a: Argument<'a, N>,
+    out: &'a mut [f32; N],
 }
 
-impl VisitUnary for Unary<'_> {
+impl<const N: usize> VisitUnary for Unary<'_, N> {
     #[inline(always)]
     fn visit(self, value: impl Fn(f32) -> f32, _: (impl Fn(f32, f32) -> f32,)) {
         match self.a {
-            Argument::Lanes(a) => (0..LANES).for_each(|i| self.out[i] = value(a[i])),
+            Argument::Lanes(a) => (0..N).for_each(|i| self.out[i] = value(a[i])),
             Argument::One(a) => self.out.fill(value(a)),
         }
     }
 }
 
-struct Binary<'a> {
-    a: Argument<'a>,
-    b: Argument<'a>,
-    out: &'a mut Lanes,
+struct Binary<'a, const N: usize> {
+    a: Argument<'a, N>,
+    b: Argument<'a, N>,
+    out: &'a mut [f32; N],
 }
 
-impl VisitBinary for Binary<'_> {
+impl<const N: usize> VisitBinary for Binary<'_, N> {
     #[inline(always)]
     fn visit(
         self,
@@ -56,9 +56,9 @@ impl VisitBinary for Binary<'_> {
     ) {
         let out = self.out;
         match (self.a, self.b) {
-            (Argument::Lanes(a), Argument::Lanes(b)) => (0..LANES).for_each(|i| out[i] = value(a[i], b[i])),
-            (Argument::Lanes(a), Argument::One(b)) => (0..LANES).for_each(|i| out[i] = value(a[i], b)),
-            (Argument::One(a), Argument::Lanes(b)) => (0..LANES).for_each(|i| out[i] = value(a, b[i])),
+            (Argument::Lanes(a), Argument::Lanes(b)) => (0..N).for_each(|i| out[i] = value(a[i], b[i])),
+            (Argument::Lanes(a), Argument::One(b)) => (0..N).for_each(|i| out[i] = value(a[i], b)),
+            (Argument::One(a), Argument::Lanes(b)) => (0..N).for_each(|i| out[i] = value(a, b[i])),
             (Argument::One(a), Argument::One(b)) => out.fill(value(a, b)),
         }
     }
@@ -89,25 +89,43 @@ fn run_values(code: &Code, uniforms: &[f32], points: Points<'_>, registers: &mut
         for (register, axis) in registers.iter_mut().zip([points.x, points.y, points.z]) {
             register[..out.len()].copy_from_slice(&axis[own.clone()]);
         }
-        for (instruction, to) in &code.instructions {
-            value_of(instruction, *to as usize, uniforms, &code.leaves, registers, out.len());
-        }
-        match code.root {
-            Operand::Uniform(i) => out.fill(uniforms[i as usize]),
-            Operand::Value(i) => out.copy_from_slice(&registers[i as usize][..out.len()]),
-            // Code reads coordinates in their registers.
-            Operand::Axis(_) => {}
-        }
+        run(&code.instructions, uniforms, &code.leaves, registers, out.len());
+        take(code.root, uniforms, registers, out);
+    }
+}
+
+/// Executes instructions, for the first `count` points of the registers.
+#[inline(always)]
+pub(super) fn run<const N: usize>(
+    instructions: &[(Instruction, u32)],
+    uniforms: &[f32],
+    leaves: &[Arc<dyn Leaf>],
+    registers: &mut [[f32; N]],
+    count: usize,
+) {
+    for (instruction, to) in instructions {
+        value_of(instruction, *to as usize, uniforms, leaves, registers, count);
+    }
+}
+
+/// What the whole came to.
+#[inline(always)]
+pub(super) fn take<const N: usize>(root: Operand, uniforms: &[f32], registers: &[[f32; N]], out: &mut [f32]) {
+    match root {
+        Operand::Uniform(i) => out.fill(uniforms[i as usize]),
+        Operand::Value(i) => out.copy_from_slice(&registers[i as usize][..out.len()]),
+        // Code reads coordinates in their registers.
+        Operand::Axis(_) => {}
     }
 }
 
 #[inline(always)]
-fn value_of(
+fn value_of<const N: usize>(
     instruction: &Instruction,
     to: usize,
     uniforms: &[f32],
     leaves: &[Arc<dyn Leaf>],
-    registers: &mut [Lanes],
+    registers: &mut [[f32; N]],
     count: usize,
 ) {
     let register = |operand| match operand {
@@ -155,18 +173,18 @@ fn value_of(
             }
         },
         Op::Select => {
-            let lanes = |registers: &[Lanes], operand| match operand {
+            let lanes = |registers: &[[f32; N]], operand| match operand {
                 Operand::Value(i) => registers[i as usize],
-                _ => [uniform(operand); LANES],
+                _ => [uniform(operand); N],
             };
             let [a, b, c] = [a, b, c].map(|operand| lanes(registers, operand));
             let out = &mut registers[to];
-            (0..LANES).for_each(|i| out[i] = if a[i] == 0.0 { c[i] } else { b[i] });
+            (0..N).for_each(|i| out[i] = if a[i] == 0.0 { c[i] } else { b[i] });
         }
         Op::Leaf(leaf) => {
-            let lanes = |registers: &[Lanes], operand| match operand {
+            let lanes = |registers: &[[f32; N]], operand| match operand {
                 Operand::Value(i) => registers[i as usize],
-                _ => [uniform(operand); LANES],
+                _ => [uniform(operand); N],
             };
             let [x, y, z] = [a, b, c].map(|operand| lanes(registers, operand));
             // Leaves get the points alone: what lies in the other lanes may be anywhere.

@@ -3,6 +3,7 @@
 use super::Expr;
 use super::eval::{self, Dual, Lanes};
 use super::interval::Interval;
+use super::lattice::LatticeCode;
 use super::lower::Program;
 use super::same::is_same;
 use super::tape::{Code, Tape};
@@ -19,14 +20,16 @@ pub struct GraphField {
     tape: Arc<Tape>,
     /// The tape with registers, once points are asked for: of most boxes only bounds are.
     code: Arc<OnceLock<Code>>,
+    /// The tape for lattices of points, if it is faster so.
+    lattice: Arc<OnceLock<Option<LatticeCode>>>,
     wgsl: Arc<OnceLock<Written>>,
     parameters: Vec<f64>,
     uniforms: Arc<[f32]>,
     sense: Sense,
 }
 
-/// The program's WGSL (values, gradient, intervals) and the data that it reads, once asked for.
-type Written = ([Arc<str>; 3], Arc<[u32]>);
+/// The program's WGSL (values, gradient, intervals; values by planes) and the data that it reads, once asked for.
+type Written = ([Arc<str>; 3], Option<Arc<str>>, Arc<[u32]>);
 
 /// Why a parameter could not be set.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -66,6 +69,7 @@ impl GraphField {
         let parameters: Vec<f64> = program.parameters.iter().map(|p| p.default).collect();
         Self {
             code: Arc::default(),
+            lattice: Arc::default(),
             uniforms: program.uniforms(&parameters).into(),
             wgsl: Arc::default(),
             program: Arc::new(program),
@@ -107,10 +111,20 @@ impl GraphField {
         self.code.get_or_init(|| Code::new(&self.tape))
     }
 
+    fn lattice_code(&self) -> Option<&LatticeCode> {
+        self.lattice.get_or_init(|| LatticeCode::new(&self.tape, self.uniforms.len())).as_ref()
+    }
+
     /// Whether `other` gives the same values and gradients at all points of a box, bit for bit; `false` where that is not
     /// known.
     pub fn is_same(&self, other: &Self, region: [Interval; 3]) -> bool {
         is_same((&self.tape, &self.uniforms), (&other.tape, &other.uniforms), region)
+    }
+}
+
+impl LatticeValues for GraphField {
+    fn lattice_values(&self, axes: [&[f32]; 3], out: &mut [f32]) -> bool {
+        self.lattice_code().is_some_and(|code| code.values(&self.uniforms, axes, out))
     }
 }
 
@@ -125,7 +139,10 @@ impl Field for GraphField {
     }
 
     fn lattice(&self) -> Option<&dyn LatticeValues> {
-        self.code().only_leaf()?.lattice()
+        match self.tape.only_leaf() {
+            Some(leaf) => leaf.lattice(),
+            None => self.lattice_code().map(|_| self as &dyn LatticeValues),
+        }
     }
 
     fn gradients(&self, points: Points<'_>, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
@@ -144,7 +161,8 @@ impl Field for GraphField {
         let range = self.tape.interval(&self.uniforms, region, &mut all);
         let pruned = self.tape.pruned(&self.uniforms, region, &all);
         let field = pruned.map(|tape| {
-            Arc::new(Self { code: Arc::default(), tape: Arc::new(tape), ..self.clone() }) as Arc<dyn Field>
+            let (code, lattice) = (Arc::default(), Arc::default());
+            Arc::new(Self { code, lattice, tape: Arc::new(tape), ..self.clone() }) as Arc<dyn Field>
         });
         Within { range, field }
     }
@@ -154,17 +172,19 @@ impl Field for GraphField {
     }
 
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
-        let ([value, gradient, interval], data) = self.wgsl.get_or_init(|| {
+        let ([value, gradient, interval], planes, data) = self.wgsl.get_or_init(|| {
             let texts = wgsl::write(&self.program);
             let leaves = self.program.tape.leaves.iter().flat_map(|leaf| leaf.data());
             let data: Vec<u32> = leaves.chain(texts.code).collect();
-            ([texts.value, texts.gradient, texts.interval].map(Arc::from), data.into())
+            let required = [texts.value, texts.gradient, texts.interval].map(Arc::from);
+            (required, texts.planes.map(Arc::from), data.into())
         });
         let places = wgsl::buffer_places(&self.program);
         Ok(Wgsl {
             value: value.clone(),
             gradient: Some(gradient.clone()),
             interval: Some(interval.clone()),
+            planes: planes.clone(),
             data: data.clone(),
             parameters: places.iter().map(|&i| self.uniforms[i as usize]).collect(),
             counts_loops: false,

@@ -13,6 +13,7 @@ mod field;
 pub mod formula;
 pub mod from_wgsl;
 pub mod interval;
+mod lattice;
 pub mod leaf;
 pub mod lower;
 mod noise;

@@ -140,6 +140,18 @@ impl Tape {
         })
     }
 
+    /// The leaf that the whole is, at the point itself, if it is one and no more.
+    pub fn only_leaf(&self) -> Option<&Arc<dyn Leaf>> {
+        match self.instructions[..] {
+            [Instruction { op: Op::Leaf(leaf), operands }]
+                if operands == [0, 1, 2].map(Operand::Axis) && self.root == Operand::Value(0) =>
+            {
+                Some(&self.leaves[leaf as usize])
+            }
+            _ => None,
+        }
+    }
+
     /// The tape without operations that nothing uses.
     #[must_use]
     pub(super) fn without_dead(self) -> Tape {
@@ -234,7 +246,12 @@ impl Code {
 
     /// Gives the tape's values registers; one is free again after its value's last use.
     pub fn new(tape: &Tape) -> Self {
-        let order = few_live(tape);
+        Self::in_order(tape, &few_live(tape), |_| false).0
+    }
+
+    /// As [`new`](Self::new), the operations in that order, and the values' registers. Those that are `kept` have theirs for
+    /// themselves to the end.
+    pub(super) fn in_order(tape: &Tape, order: &[u32], kept: impl Fn(u32) -> bool) -> (Self, Vec<u32>) {
         let in_order = || order.iter().map(|&i| (i as usize, &tape.instructions[i as usize]));
         let mut last_use = vec![usize::MAX; tape.instructions.len()];
         for (at, (_, instruction)) in in_order().enumerate() {
@@ -247,6 +264,7 @@ impl Code {
         if let Operand::Value(i) = tape.root {
             last_use[i as usize] = usize::MAX;
         }
+        order.iter().filter(|&&i| kept(i)).for_each(|&i| last_use[i as usize] = usize::MAX);
         let mut register_of = vec![0; tape.instructions.len()];
         let (mut free, mut registers) = (Vec::new(), 3);
         let register = |register_of: &[u32], operand| match operand {
@@ -273,18 +291,19 @@ impl Code {
                 }
             }
         }
-        Self {
+        let code = Self {
             leaves: tape.leaves.clone(),
             root: register(&register_of, tape.root),
             instructions,
             registers: registers as usize,
-        }
+        };
+        (code, register_of)
     }
 }
 
 /// The operations that the whole needs, in an order that keeps few values at once: the operand that needs more
 /// registers comes first (Sethi & Ullman 1970). A register is 256 bytes: a hundred fill the first cache.
-fn few_live(tape: &Tape) -> Vec<u32> {
+pub(super) fn few_live(tape: &Tape) -> Vec<u32> {
     let mut needs: Vec<u32> = Vec::with_capacity(tape.instructions.len());
     // The values that an operation takes, the neediest last.
     let values = |needs: &[u32], instruction: &Instruction| {

@@ -3,6 +3,7 @@
 //! One `let` an operation: nothing nests, however deep the expression was. Sums and products are kept from
 //! drivers' algebra (`shaders/graph/exact.wgsl`).
 
+use super::lattice::{Part, parts};
 use super::leaf::LeafWgsl;
 use super::lower::Program;
 use super::ops::{Binary, Unary};
@@ -24,6 +25,8 @@ pub fn buffer_places(program: &Program) -> Vec<u32> {
 struct Writer<'a> {
     program: &'a Program,
     places: Vec<u32>,
+    /// The values that are read of `plane`.
+    of_plane: Vec<bool>,
 }
 
 impl Writer<'_> {
@@ -42,6 +45,7 @@ impl Writer<'_> {
         match operand {
             Operand::Axis(axis) => format!("p.{}", ["x", "y", "z"][usize::from(axis)]),
             Operand::Uniform(i) => self.uniform(i),
+            Operand::Value(i) if self.of_plane.get(i as usize) == Some(&true) => format!("plane.v{i}"),
             Operand::Value(i) => format!("v{i}"),
         }
     }
@@ -200,6 +204,53 @@ impl Writer<'_> {
     }
 }
 
+/// `density` in two parts for grids along the world's axes, if that saves anything: `fn density_plane(at: vec3<f32>) ->
+/// DensityPlane`, which takes x and y alone, and `fn density_in_plane(plane: DensityPlane, at: vec3<f32>) -> f32`.
+fn write_planes(program: &Program) -> Option<String> {
+    let tape = &program.tape;
+    let parts = parts(tape);
+    let is_of_plane = |i: u32| parts[i as usize] == Part::OnePlane;
+    // Leaves may loop long, and an invocation that takes nine of their values longer than lavapipe lets it.
+    if !tape.leaves.is_empty() || !parts.contains(&Part::OnePlane) {
+        return None;
+    }
+    let mut writer = Writer { program, places: buffer_places(program), of_plane: Vec::new() };
+    let mut texts = [const { String::new() }; 2];
+    let mut kept = vec![false; parts.len()];
+    let mut keep = |operand| {
+        if let Operand::Value(i) = operand
+            && is_of_plane(i)
+        {
+            kept[i as usize] = true;
+        }
+    };
+    keep(tape.root);
+    let others = tape.instructions.iter().zip(&parts).filter(|(_, part)| **part != Part::OnePlane);
+    others.flat_map(|(instruction, _)| instruction.operands()).for_each(|&operand| keep(operand));
+    for (part, text) in texts.iter_mut().enumerate() {
+        if part == 1 {
+            writer.of_plane.clone_from(&kept);
+        }
+        for (n, instruction) in tape.instructions.iter().enumerate() {
+            if is_of_plane(n as u32) == (part == 0) {
+                // Writing to a string does not fail.
+                let _ = writeln!(text, "    let v{n} = {};", writer.value_text(instruction));
+            }
+        }
+    }
+    let [plane, point] = texts;
+    let kept: Vec<usize> = (0..kept.len()).filter(|&i| kept[i]).collect();
+    let list = |write: fn(&usize) -> String| kept.iter().map(write).collect::<Vec<_>>().join(", ");
+    Some(format!(
+        "struct DensityPlane {{ {} }}\n\n\
+         fn density_plane(at: vec3<f32>) -> DensityPlane {{\n    let p = iso_point(at);\n{plane}    return DensityPlane({});\n}}\n\n\
+         fn density_in_plane(plane: DensityPlane, at: vec3<f32>) -> f32 {{\n    let p = iso_point(at);\n{point}    return {};\n}}\n",
+        list(|i| format!("v{i}: f32")),
+        list(|i| format!("v{i}")),
+        writer.value(tape.root),
+    ))
+}
+
 /// An operation's text with its operands in place of `A`, `B` and `V`.
 fn fill(text: &str, a: &str, b: &str, v: &str) -> String {
     text.chars().fold(String::new(), |mut out, letter| {
@@ -221,13 +272,15 @@ pub struct Texts {
     pub gradient: String,
     /// `fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32>`.
     pub interval: String,
+    /// `density` by planes ([`crate::field::Wgsl::planes`]).
+    pub planes: Option<String>,
     /// What `density_interval` reads of `field_data` behind the leaves' data.
     pub code: Vec<u32>,
 }
 
 /// Writes the program.
 pub fn write(program: &Program) -> Texts {
-    let writer = Writer { program, places: buffer_places(program) };
+    let writer = Writer { program, places: buffer_places(program), of_plane: Vec::new() };
     let tape = &program.tape;
     let [mut value, mut gradient, mut interval] = [const { String::new() }; 3];
     let is_long = tape.instructions.len() > LONGEST_INTERVAL;
@@ -280,6 +333,7 @@ pub fn write(program: &Program) -> Texts {
             writer.gradient(root)
         ),
         interval: leaf_intervals + &interval,
+        planes: write_planes(program),
         code,
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+mod border;
 pub mod check;
 pub mod clean;
 mod crease;

@@ -12,7 +12,7 @@ use crate::grid::Grid;
 use glam::{DVec3, UVec3, Vec3};
 
 /// Times ε that a node's error may be: the triangles have about a part of it, and those that have more are measured later.
-const SLACK: f64 = 1.5;
+const SLACK: f64 = 2.0;
 
 /// The criterion's settings.
 pub struct Criterion<'a> {
@@ -126,7 +126,7 @@ fn agrees(lattice: &[f32; 27]) -> bool {
     })
 }
 
-/// The size of the largest leaf with surface: a sixteenth of the tree.
+/// The size of the largest leaf with surface: an eighth of the tree.
 pub fn coarsest(tree: &Tree) -> u32 {
-    (tree.size / 16).max(1)
+    (tree.size / 8).max(1)
 }

@@ -1,7 +1,8 @@
 //! How far the mesh is from the surface, and which leaves to split for it.
 
+use super::before::Before;
 use super::tree::Tree;
-use super::triangles::is_flipped;
+use super::triangles::{Triangle, is_flipped};
 use super::{Contour, TASK};
 use crate::field::{NoForm, Surface};
 use glam::Vec3;
@@ -62,6 +63,8 @@ pub struct Measured {
     pub stopped: u64,
     /// Leaves to split, in order: also those of flipped triangles.
     pub split: Vec<u32>,
+    /// The largest distance on each triangle.
+    pub distances: Vec<f32>,
 }
 
 /// The distance of points of each triangle to the surface, by projection along the gradient: what a projected
@@ -71,19 +74,30 @@ pub fn measure(
     surface: &Surface<'_>,
     contour: &Contour,
     error: f32,
+    before: Option<&Before>,
 ) -> Result<Measured, NoForm> {
-    let found = farthest(tree, surface, error, &contour.triangles, |t| {
+    let corners = |t: &Triangle| t.vertices.map(|v| contour.positions[v as usize]);
+    let of_polygons = contour.triangles.chunk_by(|a, b| a.polygon == b.polygon);
+    let known: Vec<Option<f32>> = of_polygons
+        .flat_map(|of| of.iter().enumerate())
+        .map(|(nth, t)| before?.distance(contour.kept[t.polygon as usize], nth, corners(t)))
+        .collect();
+    let new: Vec<Triangle> =
+        contour.triangles.iter().zip(&known).filter(|(_, k)| k.is_none()).map(|(t, _)| *t).collect();
+    let found = farthest(tree, surface, error, &new, |t| {
         let polygon = &contour.dual.polygons[t.polygon as usize];
         Placed {
-            corners: t.vertices.map(|v| contour.positions[v as usize]),
+            corners: corners(t),
             field: tree.nodes[polygon.owner as usize].field,
             known: contour.crossings[t.polygon as usize].at,
             is_large: polygon.corners.iter().any(|c| tree.nodes[c.leaf as usize].size > SMALL),
         }
     })?;
-    let mut measured = Measured::default();
+    let mut found = found.into_iter();
+    let distances = known.into_iter().filter_map(|known| known.or_else(|| found.next())).collect();
+    let mut measured = Measured { distances, ..Measured::default() };
     let mut stopped = Vec::new();
-    for (triangle, distance) in contour.triangles.iter().zip(found) {
+    for (triangle, &distance) in contour.triangles.iter().zip(&measured.distances) {
         measured.largest = measured.largest.max(distance);
         let is_over = distance > error;
         if !is_over && !is_flipped(triangle, &contour.positions, &contour.crossings) {

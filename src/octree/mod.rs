@@ -17,6 +17,7 @@
 //! surface is measured: points of each triangle are projected on the surface, and leaves with triangles beyond ε
 //! are split. It can still miss what no sample of the field shows and lies inside a leaf that has other surface.
 
+mod before;
 mod bloomenthal;
 mod criterion;
 mod dual;
@@ -30,9 +31,10 @@ mod vertices;
 use crate::field::{NoForm, Surface};
 use crate::grid::Grid;
 use crate::mesh::{Mesh, Vertex};
+use before::Before;
 pub use bloomenthal::polygonize;
 use criterion::Criterion;
-use dual::Dual;
+use dual::{Dual, NONE, Polygon};
 use glam::Vec3;
 use rayon::prelude::*;
 use tree::{Grown, Tree};
@@ -62,7 +64,7 @@ pub struct Settings {
     /// grown size by size, so that what is left unsplit is small.
     pub budget: u64,
     /// Cells along the edge of the largest leaf that may hold surface; smaller features of a leaf's inside may be missed.
-    /// 0 for a sixteenth of the tree.
+    /// 0 for an eighth of the tree.
     pub coarsest: u32,
 }
 
@@ -158,11 +160,12 @@ pub fn extract(
     let mut report = OctreeReport::default();
     let mut grown = tree.grow(surface, grid, settings.budget, vec![0], &verdict)?;
     progress(0.4);
+    let mut before = None;
     loop {
         report.rounds += 1;
-        let contour = Contour::new(&tree, surface, grid, settings)?;
+        let contour = Contour::new(&tree, surface, grid, settings, before.as_ref())?;
         progress(1.0 - 0.6 / f64::from(report.rounds + 1));
-        let measured = measure::measure(&tree, surface, &contour, settings.error)?;
+        let measured = measure::measure(&tree, surface, &contour, settings.error, before.as_ref())?;
         let budget_left = grown.unsplit == 0;
         if measured.split.is_empty() || !budget_left {
             report.nodes = tree.nodes.len() as u64;
@@ -175,6 +178,7 @@ pub fn extract(
             report.flipped = contour.flipped;
             return Ok((contour.mesh(&tree, surface, &mut report)?, report));
         }
+        before = Some(Before::new(contour, measured.distances, tree.nodes.len()));
         grown = tree.grow(surface, grid, settings.budget, measured.split, &verdict)?;
     }
 }
@@ -189,6 +193,8 @@ struct Contour {
     plain: Vec<bool>,
     triangles: Vec<triangles::Triangle>,
     flipped: u64,
+    /// Of each polygon its number the round before, or [`dual::NONE`].
+    kept: Vec<u32>,
 }
 
 impl Contour {
@@ -197,31 +203,44 @@ impl Contour {
         surface: &Surface<'_>,
         grid: &Grid,
         settings: &Settings,
+        before: Option<&Before>,
     ) -> Result<Self, OctreeError> {
         let dual = Dual::new(tree, grid.is_mirrored());
         let vertices = (dual.vertices.len() + 2 * dual.polygons.len()) as u64;
         if vertices >= u64::from(u32::MAX) / 8 {
             return Err(OctreeError::TooLarge(vertices));
         }
-        let crossings = vertices::crossings(tree, surface, grid, &dual.polygons)?;
+        let kept =
+            before.map_or_else(|| vec![NONE; dual.polygons.len()], |before| before.polygons(&dual.polygons));
+        let new: Vec<Polygon> =
+            dual.polygons.iter().zip(&kept).filter(|(_, k)| **k == NONE).map(|(p, _)| *p).collect();
+        let mut new = vertices::crossings(tree, surface, grid, &new)?.into_iter();
+        let crossings: Vec<Crossing> =
+            kept.iter().filter_map(|&k| if k == NONE { new.next() } else { before?.crossing(k) }).collect();
         let cells = Cells::new(tree, grid);
         let mut plain = vec![false; dual.vertices.len()];
         let enough = f64::from(settings.error) / 4.0;
+        let place = |plain: &[bool], known: &(dyn Fn(u32) -> Option<Vec3> + Sync)| {
+            cells.place(&dual, &crossings, settings.placement, enough, plain, known)
+        };
+        let mut placed = place(&plain, &|v| before?.position(&dual, &kept, v));
         // Twice, vertices of flipped triangles give way.
         for last in [false, false, true] {
-            let positions = cells.place(&dual, &crossings, settings.placement, enough, &plain);
-            let (positions, triangles) = triangles::triangles(tree, &dual, &crossings, positions);
+            let (positions, triangles) = triangles::triangles(tree, &dual, &crossings, placed);
             let flipped: Vec<&triangles::Triangle> =
                 triangles.par_iter().filter(|t| triangles::is_flipped(t, &positions, &crossings)).collect();
             if last || flipped.is_empty() || settings.placement == Placement::Mean {
                 let flipped = flipped.len() as u64;
-                return Ok(Self { dual, crossings, positions, plain, triangles, flipped });
+                return Ok(Self { dual, crossings, positions, plain, triangles, flipped, kept });
             }
+            let was_plain = plain.clone();
             for v in flipped.into_iter().flat_map(|t| t.vertices) {
                 if let Some(plain) = plain.get_mut(v as usize) {
                     *plain = true;
                 }
             }
+            let stays = |v: u32| plain[v as usize] == was_plain[v as usize];
+            placed = place(&plain, &|v| stays(v).then(|| positions[v as usize]));
         }
         unreachable!("the last round returns")
     }

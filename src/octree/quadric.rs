@@ -72,13 +72,22 @@ fn eigen(mut a: DMat3) -> ([f64; 3], [DVec3; 3]) {
             let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
             let c = 1.0 / (t * t + 1.0).sqrt();
             let s = t * c;
-            let mut r = DMat3::IDENTITY;
-            r.col_mut(p)[p] = c;
-            r.col_mut(q)[q] = c;
-            r.col_mut(q)[p] = s;
-            r.col_mut(p)[q] = -s;
-            a = r.transpose() * a * r;
-            v *= r;
+            let off = t * off;
+            // The third axis' entries turn as the eigenvectors do.
+            let r = 3 - p - q;
+            let (ap, aq) = (a.col(p)[r], a.col(q)[r]);
+            let mut set = |i: usize, j: usize, value: f64| {
+                a.col_mut(i)[j] = value;
+                a.col_mut(j)[i] = value;
+            };
+            set(p, r, c * ap - s * aq);
+            set(q, r, s * ap + c * aq);
+            set(p, q, 0.0);
+            a.col_mut(p)[p] -= off;
+            a.col_mut(q)[q] += off;
+            let (vp, vq) = (v.col(p), v.col(q));
+            *v.col_mut(p) = vp * c - vq * s;
+            *v.col_mut(q) = vp * s + vq * c;
         }
     }
     let mut order = [0, 1, 2];

@@ -198,7 +198,7 @@ impl<'a> Cells<'a> {
             .map(move |(k, _)| normals.col(k).normalize())
     }
 
-    /// Positions of the vertices from `first` on.
+    /// Positions of the vertices; `known` tells those that need not be found again.
     pub fn place(
         &self,
         dual: &Dual,
@@ -206,6 +206,7 @@ impl<'a> Cells<'a> {
         placement: Placement,
         enough: f64,
         plain: &[bool],
+        known: impl Fn(u32) -> Option<Vec3> + Sync,
     ) -> Vec<Vec3> {
         let one = |planes: &mut Vec<Plane>, vertex: usize| {
             let corner = dual.vertices[vertex].0;
@@ -233,7 +234,8 @@ impl<'a> Cells<'a> {
         out.par_chunks_mut(TASK).enumerate().for_each(|(chunk, out)| {
             let mut planes = Vec::new();
             for (i, out) in out.iter_mut().enumerate() {
-                *out = one(&mut planes, chunk * TASK + i);
+                let vertex = chunk * TASK + i;
+                *out = known(vertex as u32).unwrap_or_else(|| one(&mut planes, vertex));
             }
         });
         out

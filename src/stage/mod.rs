@@ -8,6 +8,7 @@ pub mod classify;
 pub mod cull;
 pub mod emit;
 pub mod inside;
+pub mod method;
 pub mod normals;
 pub mod params;
 pub mod sample;

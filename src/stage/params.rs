@@ -1,6 +1,7 @@
 //! What every stage is told ([`Params`]) and what the GPU counts meanwhile ([`Work`]).
 
 use super::inside::order_key;
+use super::method::Placement;
 use crate::field::Sense;
 use crate::field::differences::Normals;
 use crate::grid::Grid;
@@ -9,9 +10,12 @@ use glam::{UVec3, Vec3};
 
 /// The settings of one run over one slab and batch, as the CPU twins have them. The shaders have them in two parts
 /// (`shaders/shared/params.wgsl`): [`Params::uniform`] and [`Params::call`].
-#[derive(Debug, Clone, Copy, PartialEq, Zeroable)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[allow(missing_docs, reason = "each field is described in the shader")]
 pub struct Params {
+    /// Kernels are compiled for it.
+    pub placement: Placement,
+    pub epsilon: f32,
     pub origin: [f32; 3],
     pub delta: f32,
     pub step_x: [f32; 3],
@@ -87,7 +91,7 @@ pub struct Call {
     pub first_slot: u32,
     pub vertex_capacity: u32,
     pub triangle_capacity: u32,
-    pub unused: u32,
+    pub epsilon: f32,
 }
 
 /// Differences are taken over this part of the shortest step unless the caller says.
@@ -105,6 +109,8 @@ impl Params {
         let (step, outward) = (grid.step(), grid.gradient_to_world() * sign);
         let bricks = grid.brick_count() as u32;
         Self {
+            placement: Placement::Linear,
+            epsilon: 0.0,
             origin: grid.origin().into(),
             // GPUs may take smaller numbers for zero.
             delta: ((grid.shortest_step() * DELTA) as f32).max(f32::MIN_POSITIVE),
@@ -181,7 +187,7 @@ impl Params {
             first_slot: self.first_slot,
             vertex_capacity: self.vertex_capacity,
             triangle_capacity: self.triangle_capacity,
-            unused: 0,
+            epsilon: self.epsilon,
         }
     }
 
@@ -191,6 +197,12 @@ impl Params {
         // As in `new`.
         let delta = normals.delta().map_or(self.delta, |delta| delta.max(f32::MIN_POSITIVE));
         Self { delta, ..self }
+    }
+
+    /// With vertices where `placement` says.
+    #[must_use]
+    pub fn with_placement(self, placement: Placement) -> Self {
+        Self { placement, epsilon: placement.epsilon(), ..self }
     }
 
     /// Lowest point of a brick of the slab.

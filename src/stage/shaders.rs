@@ -1,11 +1,13 @@
 //! The shader files, and how they are put together: each stage's file behind the shared ones and the
 //! source of samples it reads.
 
-use crate::extract::Method;
 use crate::field::Wgsl;
 use crate::field::differences::Normals;
 use crate::gpu::Form;
+use crate::stage::method::{Method, Placement};
 use crate::stage::scan::{Scanned, group_and_run};
+use crate::table::mc33::MC33;
+use crate::table::tetrahedra::{CASE_WORDS, MARCHING_TETRAHEDRA};
 use crate::volume::Scalar;
 
 const PARAMS: &str = include_str!("../../shaders/shared/params.wgsl");
@@ -41,9 +43,14 @@ const READ_SAMPLES: &str = include_str!("../../shaders/brick/read_samples.wgsl")
 const READ_ROWS: &str = include_str!("../../shaders/brick/read_rows.wgsl");
 const EMIT_SERIAL: &str = include_str!("../../shaders/emit/serial.wgsl");
 const EMIT_SHARED: &str = include_str!("../../shaders/emit/shared.wgsl");
+const PLACE_LINEAR: &str = include_str!("../../shaders/place/linear.wgsl");
+const PLACE_MIDPOINT: &str = include_str!("../../shaders/place/midpoint.wgsl");
+const PLACE_SNAPPED: &str = include_str!("../../shaders/place/snapped.wgsl");
+const EMIT_CUBES: &str = include_str!("../../shaders/emit/cubes.wgsl");
+const EMIT_TETRAHEDRA: &str = include_str!("../../shaders/emit/tetrahedra.wgsl");
 const EMIT_CENTRES: &str = include_str!("../../shaders/emit/centres.wgsl");
 const GRADIENT: &str = include_str!("../../shaders/source/gradient.wgsl");
-const CENTRAL: &str = include_str!("../../shaders/source/central.wgsl");
+pub(crate) const CENTRAL: &str = include_str!("../../shaders/source/central.wgsl");
 const FORWARD: &str = include_str!("../../shaders/source/forward.wgsl");
 const STRADDLES: &str = include_str!("../../shaders/shared/straddles.wgsl");
 const EXACT: &str = include_str!("../../shaders/graph/exact.wgsl");
@@ -51,7 +58,10 @@ const INTERVAL: &str = include_str!("../../shaders/graph/interval.wgsl");
 const BOUNDS: &str = include_str!("../../shaders/bounds.wgsl");
 const CULL: &str = include_str!("../../shaders/cull.wgsl");
 const SAMPLE: &str = include_str!("../../shaders/sample.wgsl");
+const SAMPLE_PLANES: &str = include_str!("../../shaders/sample_planes.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/classify.wgsl");
+const CLASSIFY_TETRAHEDRA: &str = include_str!("../../shaders/classify/tetrahedra.wgsl");
+const TETRA_RECORD: &str = include_str!("../../shaders/shared/tetra_record.wgsl");
 const MAP: &str = include_str!("../../shaders/shared/map.wgsl");
 const SCAN: &str = include_str!("../../shaders/scan.wgsl");
 const SCAN_COUNTS: &str = include_str!("../../shaders/scan/counts.wgsl");
@@ -145,6 +155,12 @@ pub fn sample(wgsl: &Wgsl) -> String {
     link(&[PARAMS, WORK, GRID, &field_part(wgsl, &wgsl.value), SAMPLE])
 }
 
+/// The sample stage of a field in a grid along the world's axes, if the field has parts for it.
+pub fn sample_planes(wgsl: &Wgsl) -> Option<String> {
+    let own = field_part(wgsl, wgsl.planes.as_deref()?);
+    Some(link(&[PARAMS, WORK, GRID, &own, SAMPLE_PLANES]))
+}
+
 /// Sums over workgroups of so many invocations.
 fn group(form: Form, invocations: u32) -> String {
     let size = format!("const GROUP = {invocations}u;\n");
@@ -170,7 +186,15 @@ fn cases(method: Method) -> String {
     match method {
         Method::MarchingCubes => CASES_MC.into(),
         Method::Mc33 => link(&[TRILINEAR, CASES_MC33]),
+        Method::Tetrahedra => {
+            format!("const TETRA_TABLE = {}u;\nconst TETRA_WORDS = {CASE_WORDS}u;\n", MC33.words().len())
+        }
     }
+}
+
+/// The words of all tables, as kernels of any method have them bound.
+pub fn table_words() -> Vec<u32> {
+    [MC33.words(), MARCHING_TETRAHEDRA.words()].concat()
 }
 
 /// Whether classify takes a field's samples itself: where workgroups share what they find, where it is no matter how
@@ -195,8 +219,11 @@ pub fn classify_sampling(wgsl: &Wgsl, form: Form) -> String {
 }
 
 fn classify_of(source: &str, rows: &str, method: Method, form: Form) -> String {
-    let cases = cases(method);
-    link(&[&group(form, 64), PARAMS, WORK, INSIDE, GRID, RECORD, source, ROW, rows, &cases, CLASSIFY])
+    let shared = link(&[&group(form, 64), PARAMS, WORK, INSIDE, GRID, source, ROW, &cases(method)]);
+    match method {
+        Method::MarchingCubes | Method::Mc33 => link(&[&shared, RECORD, rows, CLASSIFY]),
+        Method::Tetrahedra => link(&[&shared, TETRA_RECORD, CLASSIFY_TETRAHEDRA]),
+    }
 }
 
 /// The scan stage.
@@ -210,11 +237,19 @@ pub fn scan(scanned: Scanned, form: Form) -> String {
 }
 
 /// The emit stage; `normals` says where a field's come from.
-pub fn emit(samples: Samples<'_>, method: Method, normals: Normals, form: Form) -> String {
+pub fn emit(
+    samples: Samples<'_>,
+    method: Method,
+    placement: Placement,
+    normals: Normals,
+    form: Form,
+) -> String {
+    let is_snapped = matches!((samples, placement), (Samples::Field(_), Placement::Snapped { .. }));
     let source = match samples {
         Samples::Volume(scalar) => link(&[&volume(scalar), NO_LOOPS]),
         Samples::Field(wgsl) => {
             let functions = match (normals, &wgsl.gradient) {
+                (Normals::Exact, Some(own)) if is_snapped => link(&[&wgsl.value, own]),
                 (Normals::Exact, Some(own)) => own.to_string(),
                 (Normals::Exact | Normals::Central { .. }, _) => link(&[&wgsl.value, CENTRAL]),
                 (Normals::Forward { .. }, _) => link(&[&wgsl.value, FORWARD]),
@@ -222,15 +257,25 @@ pub fn emit(samples: Samples<'_>, method: Method, normals: Normals, form: Form) 
             link(&[BRICKS, &field_part(wgsl, &functions), GRADIENT])
         }
     };
-    // A brick has at most 1536 vertices. Where loops are counted an invocation should make few of them.
+    let place = match placement {
+        Placement::Midpoint => PLACE_MIDPOINT,
+        Placement::Snapped { .. } if is_snapped => PLACE_SNAPPED,
+        Placement::Linear | Placement::Snapped { .. } => PLACE_LINEAR,
+    };
+    // A brick has at most 1536 vertices. Where loops are counted, or the field is asked often, an invocation should make few.
     let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
-    let lanes = if counted { "const LANES = 256u;" } else { "const LANES = 64u;" };
-    let of_form = if form == Form::Serial { EMIT_SERIAL } else { EMIT_SHARED };
-    let shared = link(&[PARAMS, WORK, INSIDE, GRID, RECORD, HEADER, READ_MAP, MAP, ROW, UNIT]);
-    let emit = link(&[&shared, &source, lanes, &rows(form), &cases(method), EMIT, of_form]);
+    let lanes = if counted || is_snapped { "const LANES = 256u;" } else { "const LANES = 64u;" };
+    let of_form = match form {
+        Form::Serial => link(&[SERIAL_ROWS, EMIT_SERIAL]),
+        Form::Shared | Form::Subgroup => EMIT_SHARED.into(),
+    };
+    let shared = link(&[PARAMS, WORK, INSIDE, GRID, HEADER, READ_MAP, MAP, ROW, UNIT]);
+    let shared = link(&[&shared, &source, lanes, &cases(method), EMIT, place]);
+    let cubes = || link(&[&shared, RECORD, EMIT_CUBES, &of_form]);
     match method {
-        Method::MarchingCubes => emit,
-        Method::Mc33 => link(&[&emit, EMIT_CENTRES]),
+        Method::MarchingCubes => cubes(),
+        Method::Mc33 => link(&[&cubes(), EMIT_CENTRES]),
+        Method::Tetrahedra => link(&[&shared, TETRA_RECORD, EMIT_TETRAHEDRA]),
     }
 }
 

@@ -3,6 +3,7 @@
 //! and edge numbering.
 
 pub mod mc33;
+pub mod tetrahedra;
 
 use std::sync::LazyLock;
 

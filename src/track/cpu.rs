@@ -3,7 +3,7 @@
 use super::seeds::{brick_of, from_lattice, from_points};
 use super::{Edge, Probe, Seeds, Starts, TrackError, TrackReport, components, search};
 use crate::extract::stage_index as at;
-use crate::extract::{Clock, Job, KEPT_BYTES, Kept, Options, RECORDS, Report, Source};
+use crate::extract::{Clock, Job, KEPT_BYTES, Kept, Method, Options, RECORDS, Report, Source};
 use crate::field::{NoForm, Points};
 use crate::mesh::Mesh;
 use crate::stage::inside::Inside;
@@ -79,6 +79,9 @@ pub fn track(
 
 /// What the seeds lead to.
 pub(super) fn starts(job: &Job<'_>, seeds: &Seeds, budget: u64) -> Result<(Starts, TrackReport), TrackError> {
+    if job.method == Method::Tetrahedra {
+        return Err(TrackError::Method);
+    }
     let (source, params) = (&job.source, &job.params);
     let probes = AtomicU64::new(0);
     let probe: Probe<'_> = &|points| {

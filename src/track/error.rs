@@ -12,6 +12,11 @@ pub enum TrackError {
     /// As in an extraction.
     #[error(transparent)]
     Extract(#[from] ExtractError),
+    /// A method that cuts cells in tetrahedra.
+    #[error(
+        "the tracker follows cubes: take marching cubes or its topologically correct form, or extract the whole grid"
+    )]
+    Method,
     /// No point, no coarse step and no search.
     #[error("there is nothing to start from: give a seed point, a coarse step or a search size")]
     NoSeeds,

@@ -107,3 +107,15 @@ fn a_bench_without_rows_fails() {
     assert!(run.code == Some(1) && run.err.contains("nothing was measured"), "{}", run.err);
     assert!(run.out.contains("32-bit"), "the report says why: {}", run.out);
 }
+
+/// A reader of standard error that has gone away changes nothing of how the program ends. Goes red where lines are printed by
+/// `eprintln!`, which panics.
+#[test]
+fn nobody_reads_standard_error() {
+    use std::process::{Command, Stdio};
+    let mut program = Command::new(env!("CARGO_BIN_EXE_isoforge"));
+    program.args(["extract", "no such field", "-n", "8"]).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = program.spawn().expect("the program starts");
+    drop(child.stderr.take());
+    assert_eq!(child.wait().expect("it ends").code(), Some(2));
+}

@@ -66,6 +66,15 @@ pub fn values(gpu: &Gpu, field: &dyn Field, points: &[[f32; 3]]) -> Vec<f32> {
     run(gpu, field, &text, body, points.as_flattened(), [3, 1])
 }
 
+/// By planes; the text must be there.
+pub fn values_by_planes(gpu: &Gpu, field: &dyn Field, points: &[[f32; 3]]) -> Vec<f32> {
+    let text = field.wgsl().unwrap().planes.unwrap();
+    // What the first part takes has no z.
+    let body = "let p = vec3<f32>(source[i], source[i + 1u], source[i + 2u]);
+        out[o] = density_in_plane(density_plane(vec3<f32>(p.xy, 1e30)), p);";
+    run(gpu, field, &text, body, points.as_flattened(), [3, 1])
+}
+
 pub fn gradients(gpu: &Gpu, field: &dyn Field, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let text = field.wgsl().unwrap().gradient.unwrap();
     let body = "let g = density_gradient(vec3<f32>(source[i], source[i + 1u], source[i + 2u]));

@@ -190,6 +190,7 @@ impl Field for Written {
             value: self.wgsl.as_str().into(),
             gradient: None,
             interval: None,
+            planes: None,
             data: Arc::default(),
             parameters: vec![1.0],
             counts_loops: false,

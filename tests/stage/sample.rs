@@ -7,6 +7,7 @@ use isoforge::field::{Field, PARAMETER_VECTORS};
 use isoforge::gpu::Settings;
 use isoforge::gpu::kernel::{Bindings, binding as b};
 use isoforge::stage::classify::{BrickRecord, Classify};
+use isoforge::stage::method::Method;
 use isoforge::stage::params::{Params, Work};
 use isoforge::stage::sample::{BRICK_BYTES, Sample};
 use isoforge::stage::shaders::Samples;
@@ -56,7 +57,7 @@ fn workgroups_beyond_the_batch_do_nothing() {
     bindings.set(b::SAMPLES, &samples).set(b::SOURCE, &samples);
     bindings.set(b::RECORDS, &records).set(b::COUNTS, &counts).set(b::TABLE, &table);
     let sample = Sample::new(gpu, &wgsl).unwrap();
-    let classify = Classify::new(gpu, Samples::Field(&wgsl)).unwrap();
+    let classify = Classify::new(gpu, Samples::Field(&wgsl), Method::MarchingCubes).unwrap();
     gpu.guarded("batch", 0, || {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());

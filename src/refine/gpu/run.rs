@@ -8,7 +8,6 @@ use crate::gpu::kernel::{Bindings, Kernel, binding as b, made};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::refine::{RefineError, Settings};
 use crate::stage::params::{Params, Work};
-use bytemuck::Zeroable;
 use std::sync::Arc;
 use wgpu::BufferUsages as U;
 
@@ -161,7 +160,7 @@ impl Run<'_> {
         items: u32,
     ) {
         // The stage scans what there is an item a brick of.
-        let params = Params { slab_bricks: items, ..Params::zeroed() };
+        let params = Params { slab_bricks: items, ..Params::default() };
         let params = crate::gpu::Settings::new(self.gpu(), &params.uniform(), &params.call());
         let mut bindings = Bindings::default();
         bindings

@@ -3,12 +3,14 @@
 //! Where the shader gives a row of eight points to an invocation, the twin works on a plane of a brick
 //! at a time: 64 points or cells are the bits of a `u64`, eight a row, so that byte y is row y.
 
-use super::BrickRecord;
+use super::{BrickRecord, tetrahedra};
 use crate::stage::inside::Inside;
+use crate::stage::method::Method;
+use crate::stage::params::Params;
 use crate::stage::samples::Samples;
 use crate::stage::trilinear::Corners;
-use crate::table::Table;
 use crate::table::mc33::MC33;
+use crate::table::{MARCHING_CUBES, Table};
 use crate::volume::values::each_type;
 use crate::volume::{Sample, Slice};
 use multiversion::multiversion;
@@ -130,15 +132,30 @@ fn ones_of_rows(bits: u64) -> u64 {
     (fours + (fours >> 4)) & 0x0f0f_0f0f_0f0f_0f0f
 }
 
-/// Fills the brick's record; returns its vertices and triangles.
+/// Fills the brick's record, in the method's way; returns its vertices and triangles.
+#[inline(always)]
+pub fn classify(
+    params: &Params,
+    method: Method,
+    inside: Inside,
+    samples: &Samples<'_>,
+    record: &mut BrickRecord,
+) -> [u32; 2] {
+    match method {
+        Method::MarchingCubes => classify_mc(&MARCHING_CUBES, inside, samples, record),
+        Method::Mc33 => classify_mc33(&MARCHING_CUBES, params.iso, inside, samples, record),
+        Method::Tetrahedra => tetrahedra::classify(inside, samples, record.tetrahedra_mut()),
+    }
+}
+
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
-pub fn classify(table: &Table, inside: Inside, samples: &Samples<'_>, record: &mut BrickRecord) -> [u32; 2] {
+fn classify_mc(table: &Table, inside: Inside, samples: &Samples<'_>, record: &mut BrickRecord) -> [u32; 2] {
     fill(inside, samples, record, |case, _| [table.triangle_count(case), 0])
 }
 
-/// [`classify`] for topologically correct marching cubes: ambiguous cells have what the interpolant says.
+/// Ambiguous cells have what the interpolant says.
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
-pub fn classify_mc33(
+fn classify_mc33(
     table: &Table,
     iso: f32,
     inside: Inside,

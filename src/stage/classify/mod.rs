@@ -5,15 +5,16 @@
 //! point owns its +x, +y and +z edge, so every crossed edge has one owner and becomes one vertex. A
 //! brick's crossed edges are kept as bit masks with prefix sums beside them, so that the number of
 //! any vertex follows from one population count: 416 bytes a brick, 0.81 a cell. How it differs
-//! from the usual: no case bytes are stored (emit tests the samples again), and no edge table.
+//! from the usual: no case bytes are stored (they follow from the masks and a sample a row), and no edge table.
 
 pub mod cpu;
+pub mod tetrahedra;
 
 use super::shaders::{self, Samples};
-use crate::extract::Method;
 use crate::field::Wgsl;
 use crate::gpu::kernel::{Bindings, Kernel};
 use crate::gpu::{Gpu, GpuError};
+use crate::stage::method::Method;
 
 /// What classify leaves of a brick; `shaders/shared/record.wgsl` describes the words.
 #[repr(C)]

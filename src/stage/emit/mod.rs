@@ -8,18 +8,18 @@
 pub mod cpu;
 
 use super::shaders::{self, Samples};
-use crate::extract::Method;
 use crate::field::differences::Normals;
 use crate::gpu::kernel::{Bindings, Kernel};
 use crate::gpu::{Gpu, GpuError};
+use crate::stage::method::{Method, Placement};
 use std::sync::OnceLock;
 
 /// The kernels of the stage.
 #[derive(Debug)]
 pub struct Emit {
     method: Method,
-    /// One for each kind of normals, compiled when it is first asked for.
-    vertices: [OnceLock<Vertices>; 3],
+    /// One for each kind of normals and placement, compiled when it is first asked for.
+    vertices: [OnceLock<Vertices>; 9],
     indices: Kernel,
     totals: Kernel,
 }
@@ -38,8 +38,8 @@ impl Emit {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, samples: Samples<'_>, method: Method) -> Result<Self, GpuError> {
-        // What makes normals is no part of these.
-        let source = shaders::emit(samples, method, Normals::Exact, gpu.form());
+        // What places vertices and makes normals is no part of these.
+        let source = shaders::emit(samples, method, Placement::Linear, Normals::Exact, gpu.form());
         Ok(Self {
             method,
             vertices: Default::default(),
@@ -48,28 +48,35 @@ impl Emit {
         })
     }
 
-    /// The kernels of vertices with such normals, for the source of samples that the others were compiled for; compiled on
+    /// The kernels of vertices so placed and with such normals, for the source of samples that the others were compiled for; compiled on
     /// the first call.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
-    pub fn vertices(&self, gpu: &Gpu, samples: Samples<'_>, normals: Normals) -> Result<&Vertices, GpuError> {
+    pub fn vertices(
+        &self,
+        gpu: &Gpu,
+        samples: Samples<'_>,
+        placement: Placement,
+        normals: Normals,
+    ) -> Result<&Vertices, GpuError> {
         let kind = match (samples, normals) {
             (Samples::Volume(_), _) => 0,
             (Samples::Field(wgsl), Normals::Exact) if wgsl.gradient.is_some() => 0,
             (Samples::Field(_), Normals::Exact | Normals::Central { .. }) => 1,
             (Samples::Field(_), Normals::Forward { .. }) => 2,
         };
-        if let Some(kernels) = self.vertices[kind].get() {
+        let place = &self.vertices[kind + 3 * placement.kind()];
+        if let Some(kernels) = place.get() {
             return Ok(kernels);
         }
-        let source = shaders::emit(samples, self.method, normals, gpu.form());
+        let source = shaders::emit(samples, self.method, placement, normals, gpu.form());
         let centres = match self.method {
-            Method::MarchingCubes => None,
+            Method::MarchingCubes | Method::Tetrahedra => None,
             Method::Mc33 => Some(Kernel::new(gpu, &source, "emit_centres", &[])?),
         };
         let kernels = Vertices { on_edges: Kernel::new(gpu, &source, "emit_vertices", &[])?, centres };
-        Ok(self.vertices[kind].get_or_init(|| kernels))
+        Ok(place.get_or_init(|| kernels))
     }
 
     /// Writes the slab's totals and the mesh header.

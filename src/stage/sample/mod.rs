@@ -8,11 +8,40 @@ pub mod row;
 
 use super::shaders;
 use crate::field::Wgsl;
-use crate::gpu::kernel::{Bindings, Kernel};
+use crate::gpu::kernel::{Bindings, Kernel, Latest};
 use crate::gpu::{Gpu, GpuError};
+use std::sync::Arc;
 
 /// Bytes of the samples of a brick.
 pub const BRICK_BYTES: u64 = 4 * crate::grid::SAMPLES_PER_BRICK as u64;
+
+/// The kernels of the stage for one field, each compiled when a grid asks for it.
+#[derive(Debug)]
+pub struct Samplers {
+    wgsl: Wgsl,
+    /// For grids along the world's axes, and for others.
+    kernels: Latest<bool, Sample>,
+}
+
+impl Samplers {
+    /// Compiles nothing.
+    pub fn new(wgsl: &Wgsl) -> Self {
+        // The texts ask whether there is data, which may be large.
+        let data = wgsl.data.iter().take(1).copied().collect();
+        Self { wgsl: Wgsl { data, ..wgsl.clone() }, kernels: Latest::default() }
+    }
+
+    /// The kernel for a grid; `is_aligned` says whether its axes are the world's.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn get(&self, gpu: &Gpu, is_aligned: bool) -> Result<Arc<Sample>, GpuError> {
+        self.kernels.get(is_aligned, || match is_aligned {
+            true => Sample::by_planes(gpu, &self.wgsl),
+            false => Sample::new(gpu, &self.wgsl),
+        })
+    }
+}
 
 /// The kernel of the stage, for one field.
 #[derive(Debug)]
@@ -25,6 +54,17 @@ impl Sample {
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, wgsl: &Wgsl) -> Result<Self, GpuError> {
         Ok(Self(Kernel::new(gpu, &shaders::sample(wgsl), "sample", &[])?))
+    }
+
+    /// Compiles the kernel for grids along the world's axes, that of [`Sample::new`] for fields without parts for it.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn by_planes(gpu: &Gpu, wgsl: &Wgsl) -> Result<Self, GpuError> {
+        match shaders::sample_planes(wgsl) {
+            Some(source) => Ok(Self(Kernel::new(gpu, &source, "sample", &[])?)),
+            None => Self::new(gpu, wgsl),
+        }
     }
 
     /// Samples one workgroup a brick, as many as lie at `offset` of `dispatches`.

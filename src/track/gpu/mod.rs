@@ -140,7 +140,7 @@ impl Extractor {
                 }
                 for _ in 0..ROUNDS {
                     kernels.advance.dispatch(gpu, &mut pass, &bindings, 1);
-                    if let Some(sample) = &space.kernels.sample {
+                    if let Some(sample) = &space.sample {
                         sample.encode(gpu, &mut pass, &bindings, &space.dispatches, 0);
                     }
                     kernels.spread.dispatch_indirect(gpu, &mut pass, &bindings, &space.dispatches, 0);

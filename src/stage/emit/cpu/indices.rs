@@ -75,14 +75,19 @@ impl<'a> Beside<'a> {
         let slots = nearby.beside(active, active[slot]);
         Self(slots.map(|slot| slot.map(|slot| (&records[slot], offsets[slot][0]))))
     }
+
+    /// One after the other, x fastest.
+    pub(super) fn each(&self) -> impl Iterator<Item = Option<(&'a BrickRecord, u32)>> + '_ {
+        self.0.iter().copied()
+    }
 }
 
 /// The numbers of the vertices on the edges of a brick's cells; scratch of [`emit_indices`].
 ///
 /// The edges of row (y, z), y and z from 0 to 8, begin at `ROW * (y + 9 z)`: those along x of points
 /// 0–7, then those along y and those along z of points 0–8. Only crossed edges have a number, others
-/// what an earlier brick left there.
-pub struct EdgeNumbers(Box<[u32; 4096]>);
+/// what an earlier brick left there. Those of marching tetrahedra lie beside them.
+pub struct EdgeNumbers(Box<[u32; 4096]>, pub(super) Vec<u32>);
 
 /// Entries a row of points: along x, y and z at [`ALONG`].
 const ROW: u32 = 32;
@@ -114,7 +119,7 @@ impl Default for EdgeNumbers {
 impl EdgeNumbers {
     /// Room for one brick.
     pub fn new() -> Self {
-        Self(Box::new([0; 4096]))
+        Self(Box::new([0; 4096]), Vec::new())
     }
 
     /// The number on an edge (the low four bits of `edge`) of the cell at `place`.

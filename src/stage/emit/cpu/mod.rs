@@ -2,8 +2,76 @@
 
 mod centres;
 mod indices;
+mod snap;
+mod tetrahedra;
 mod vertices;
 
-pub use centres::{NormalsOf, emit_centres};
-pub use indices::{Beside, EdgeNumbers, Nearby, emit_indices, emit_indices_mc33};
-pub use vertices::{Gradients, emit_field_vertices, emit_volume_vertices, renumber_brick};
+pub use centres::NormalsOf;
+pub use indices::{Beside, EdgeNumbers, Nearby};
+pub use vertices::{Gradients, renumber_brick};
+
+use crate::field::NoForm;
+use crate::mesh::Vertex;
+use crate::stage::classify::BrickRecord;
+use crate::stage::inside::Inside;
+use crate::stage::method::Method;
+use crate::stage::params::Params;
+use crate::stage::samples::Samples;
+use crate::table::MARCHING_CUBES;
+use glam::UVec3;
+
+/// The triangles of the brick at `origin`, as vertex numbers of the whole mesh; `end` is the number behind its last vertex.
+pub fn emit_indices(
+    params: &Params,
+    method: Method,
+    inside: Inside,
+    (origin, samples): (UVec3, &Samples<'_>),
+    beside: &Beside<'_>,
+    numbers: &mut EdgeNumbers,
+    end: u32,
+    triangles: &mut [[u32; 3]],
+) {
+    let table = &MARCHING_CUBES;
+    match method {
+        Method::MarchingCubes => {
+            indices::emit_indices(params, table, inside, samples, beside, numbers, triangles);
+        }
+        Method::Mc33 => {
+            indices::emit_indices_mc33(params, table, inside, samples, beside, numbers, end, triangles);
+        }
+        Method::Tetrahedra => tetrahedra::emit_indices(params, origin.to_array(), beside, numbers, triangles),
+    }
+}
+
+/// The vertices of the brick at `origin`: on edges, and behind these within cells. Tells whether any had to be marked for the
+/// normals stage.
+///
+/// # Errors
+/// [`NoForm::Cpu`].
+pub fn emit_vertices(
+    params: &Params,
+    method: Method,
+    inside: Inside,
+    normals: NormalsOf<'_>,
+    (origin, samples): (UVec3, &Samples<'_>),
+    record: &BrickRecord,
+    vertices: &mut [Vertex],
+) -> Result<bool, NoForm> {
+    let on_edges = match method {
+        Method::Mc33 => (record.edge_vertices() as usize).min(vertices.len()),
+        Method::MarchingCubes | Method::Tetrahedra => vertices.len(),
+    };
+    let (vertices, within) = vertices.split_at_mut(on_edges);
+    let is_marked = match normals {
+        NormalsOf::Field(field) => {
+            vertices::emit_field_vertices(params, method, inside, &field, origin, samples, record, vertices)?
+        }
+        NormalsOf::Volume(values) => {
+            vertices::emit_volume_vertices(params, method, inside, values, origin, record, vertices)
+        }
+    };
+    if within.is_empty() {
+        return Ok(is_marked);
+    }
+    Ok(is_marked | centres::emit_centres(params, inside, normals, origin, samples, record, within)?)
+}

@@ -3,11 +3,14 @@
 //! Where the shader gives a vertex to an invocation, the twin gathers the crossings of a brick into
 //! arrays, `LANES` at a time, and the arithmetic of the shader runs over the arrays.
 
+use super::snap::snap;
+use super::tetrahedra;
 use crate::field::differences::{Normals, central, forward};
 use crate::field::{Field, NoForm, Points};
 use crate::mesh::Vertex;
 use crate::stage::classify::BrickRecord;
 use crate::stage::inside::Inside;
+use crate::stage::method::{Method, Placement};
 use crate::stage::normals::cpu::{LEAST_GRADIENT, mark};
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
@@ -41,17 +44,17 @@ const LANES: usize = 16;
 const FIELD_LANES: usize = crate::graph::eval::LANES;
 
 /// Crossed edges of a brick, as many as `N`, and their vertices.
-struct Crossings<const N: usize> {
+pub(super) struct Crossings<const N: usize> {
     /// Grid coordinates of the edges' owners.
     owner: [[f32; N]; 3],
-    /// 1 for the edge's axis, 0 for the others.
-    axis: [[f32; N]; 3],
+    /// 1 for the axes that the edge goes along, 0 for the others.
+    pub(super) axis: [[f32; N]; 3],
     /// The samples at the edges' ends.
-    ends: [[f32; N]; 2],
+    pub(super) ends: [[f32; N]; 2],
     /// Fractions of the edges at which the vertices lie.
-    t: [f32; N],
+    pub(super) t: [f32; N],
     /// World positions of the vertices.
-    position: [[f32; N]; 3],
+    pub(super) position: [[f32; N]; 3],
 }
 
 impl<const N: usize> Crossings<N> {
@@ -63,19 +66,28 @@ impl<const N: usize> Crossings<N> {
     }
 
     #[inline(always)]
-    fn set(&mut self, i: usize, owner: [u32; 3], axis: usize, ends: [f32; 2]) {
+    fn set(&mut self, i: usize, owner: [u32; 3], direction: usize, ends: [f32; 2]) {
         for (k, coordinate) in owner.into_iter().enumerate() {
             self.owner[k][i] = coordinate as f32;
-            self.axis[k][i] = if k == axis { 1.0 } else { 0.0 };
+            self.axis[k][i] = if direction >> k & 1 == 1 { 1.0 } else { 0.0 };
         }
         self.ends[0][i] = ends[0];
         self.ends[1][i] = ends[1];
     }
 
-    /// From ends to fractions and positions. The fraction is where between the edge's ends the value
-    /// is iso; in the middle where the ends do not tell.
+    /// From ends to fractions and positions.
     #[inline(always)]
     fn place(&mut self, params: &Params) {
+        match params.placement {
+            Placement::Midpoint => self.t = [0.5; N],
+            Placement::Linear | Placement::Snapped { .. } => self.cross(params),
+        }
+        self.position(params);
+    }
+
+    /// From ends to fractions: where between the edge's ends the value is iso; in the middle where the ends do not tell.
+    #[inline(always)]
+    fn cross(&mut self, params: &Params) {
         let [a, b] = &self.ends;
         let mut small = false;
         for i in 0..N {
@@ -93,6 +105,11 @@ impl<const N: usize> Crossings<N> {
                 self.t[i] = crossing(params.iso, a[i], b[i]);
             }
         }
+    }
+
+    /// From fractions to positions.
+    #[inline(always)]
+    pub(super) fn position(&mut self, params: &Params) {
         for k in 0..3 {
             let [x, y, z] = [params.step_x[k], params.step_y[k], params.step_z[k]];
             for i in 0..N {
@@ -187,23 +204,57 @@ impl Iterator for Edges<'_> {
     }
 }
 
-/// The vertices of a brick of a volume: normals from central differences at both ends of the edge,
+/// Edges with their directions as numbers of the corner they lead to, as all methods have them.
+struct Directed<'a>(Edges<'a>);
+
+impl Iterator for Directed<'_> {
+    type Item = ([u32; 3], usize);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        self.0.next().map(|(owner, axis)| (owner, 1 << axis))
+    }
+}
+
+/// The vertices on the edges of a brick of a volume: normals from central differences at both ends of the edge,
 /// interpolated as the vertex is (Lorensen & Cline 1987). Tells whether any had to be marked for the normals stage.
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_volume_vertices(
     params: &Params,
+    method: Method,
     inside: Inside,
     values: &Values,
     origin: UVec3,
     record: &BrickRecord,
     vertices: &mut [Vertex],
 ) -> bool {
-    let (first, points) = (origin.to_array(), params.points);
-    let interior = first.iter().zip(points).all(|(&first, n)| first > 0 && first + 9 < n);
+    let first = origin.to_array();
+    match method {
+        Method::MarchingCubes | Method::Mc33 => {
+            of_volume(params, inside, values, first, Directed(Edges::new(record)), vertices)
+        }
+        Method::Tetrahedra => {
+            let extent = [0, 1, 2].map(|k| (params.points[k] - first[k]).min(9) as usize);
+            let edges = tetrahedra::Edges::new(record.tetrahedra(), extent);
+            of_volume(params, inside, values, first, edges, vertices)
+        }
+    }
+}
+
+#[inline(always)]
+fn of_volume(
+    params: &Params,
+    inside: Inside,
+    values: &Values,
+    first: [u32; 3],
+    edges: impl Iterator<Item = ([u32; 3], usize)>,
+    vertices: &mut [Vertex],
+) -> bool {
+    let interior = first.iter().zip(params.points).all(|(&first, n)| first > 0 && first + 9 < n);
     each_type!(Values, values, samples => if interior {
-        volume_vertices::<_, true>(params, inside, samples, first, record, vertices)
+        volume_vertices::<_, true>(params, inside, samples, first, edges, vertices)
     } else {
-        volume_vertices::<_, false>(params, inside, samples, first, record, vertices)
+        volume_vertices::<_, false>(params, inside, samples, first, edges, vertices)
     })
 }
 
@@ -213,28 +264,31 @@ fn volume_vertices<T: Sample, const INTERIOR: bool>(
     inside: Inside,
     values: &[T],
     origin: [u32; 3],
-    record: &BrickRecord,
+    mut edges: impl Iterator<Item = ([u32; 3], usize)>,
     vertices: &mut [Vertex],
 ) -> bool {
     let [nx, ny, _] = params.source_extent.map(|n| n as usize);
     let first = params.source_first;
     let pitch = [1, nx, nx * ny];
-    let mut edges = Edges::new(record);
+    // To the other end of an edge, by its direction.
+    let across: [usize; 8] = std::array::from_fn(|d| (d & 1) + (d >> 1 & 1) * nx + (d >> 2) * (nx * ny));
     let mut batch = Crossings::<LANES>::new();
     // At both ends of the edges, along the axes.
     let mut slopes = [[[1.0; LANES]; 3]; 2];
     let mut marked = false;
     for vertices in vertices.chunks_mut(LANES) {
-        for (i, ([x, y, z], axis)) in (0..vertices.len()).zip(&mut edges) {
+        for (i, ([x, y, z], direction)) in (0..vertices.len()).zip(&mut edges) {
             let mut point = [origin[0] + x, origin[1] + y, origin[2] + z];
             let [x, y, z] = [0, 1, 2].map(|k| (point[k] - first[k]) as usize);
             let at = x + nx * (y + ny * z);
-            let next = at + pitch[axis];
-            batch.set(i, point, axis, [values[at].to_f32(), values[next].to_f32()]);
+            let next = at + across[direction];
+            batch.set(i, point, direction, [values[at].to_f32(), values[next].to_f32()]);
             for k in 0..3 {
                 slopes[0][k][i] = slope::<T, INTERIOR>(params, values, at, pitch[k], k, point[k]);
             }
-            point[axis] += 1;
+            for (k, coordinate) in point.iter_mut().enumerate() {
+                *coordinate += (direction >> k & 1) as u32;
+            }
             for k in 0..3 {
                 slopes[1][k][i] = slope::<T, INTERIOR>(params, values, next, pitch[k], k, point[k]);
             }
@@ -302,14 +356,15 @@ impl Gradients<'_> {
     }
 }
 
-/// The vertices of a brick of a field: normals from the field's gradients at the vertices. Tells whether any had
-/// to be marked for the normals stage.
+/// The vertices on the edges of a brick of a field: normals from the field's gradients at the vertices. Tells whether any
+/// had to be marked for the normals stage.
 ///
 /// # Errors
 /// [`NoForm::Cpu`].
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_field_vertices(
     params: &Params,
+    method: Method,
     inside: Inside,
     field: &Gradients<'_>,
     origin: UVec3,
@@ -317,7 +372,16 @@ pub fn emit_field_vertices(
     record: &BrickRecord,
     vertices: &mut [Vertex],
 ) -> Result<bool, NoForm> {
-    field_vertices(params, inside, field, origin.to_array(), samples, record, vertices)
+    let origin = origin.to_array();
+    match method {
+        Method::MarchingCubes | Method::Mc33 => {
+            field_vertices(params, inside, field, origin, samples, Directed(Edges::new(record)), vertices)
+        }
+        Method::Tetrahedra => {
+            let edges = tetrahedra::Edges::new(record.tetrahedra(), samples.extent);
+            field_vertices(params, inside, field, origin, samples, edges, vertices)
+        }
+    }
 }
 
 #[inline(always)]
@@ -327,26 +391,24 @@ fn field_vertices(
     field: &Gradients<'_>,
     origin: [u32; 3],
     samples: &Samples<'_>,
-    record: &BrickRecord,
+    mut edges: impl Iterator<Item = ([u32; 3], usize)>,
     vertices: &mut [Vertex],
 ) -> Result<bool, NoForm> {
-    let mut edges = Edges::new(record);
     let mut batch = Crossings::<FIELD_LANES>::new();
     let mut marked = false;
     for vertices in vertices.chunks_mut(FIELD_LANES) {
-        for (i, (local, axis)) in (0..vertices.len()).zip(&mut edges) {
+        for (i, (local, direction)) in (0..vertices.len()).zip(&mut edges) {
             let [x, y, z] = local.map(|n| n as usize);
             let a = samples.at(x, y, z);
-            let b = samples.at(
-                x + usize::from(axis == 0),
-                y + usize::from(axis == 1),
-                z + usize::from(axis == 2),
-            );
+            let b = samples.at(x + (direction & 1), y + (direction >> 1 & 1), z + (direction >> 2));
             let owner = [origin[0] + local[0], origin[1] + local[1], origin[2] + local[2]];
-            batch.set(i, owner, axis, [a, b]);
+            batch.set(i, owner, direction, [a, b]);
         }
         batch.place(params);
         let count = vertices.len();
+        if matches!(params.placement, Placement::Snapped { .. }) {
+            snap(&mut batch, params, inside, field.here, count)?;
+        }
         let mut gradients = [[1.0; 3]; FIELD_LANES];
         let [x, y, z] = &batch.position;
         let points = Points { x: &x[..count], y: &y[..count], z: &z[..count] };
@@ -362,12 +424,32 @@ fn field_vertices(
     Ok(marked)
 }
 
-/// Of a brick with one record before and another after: the number that each vertex before has after, `first` being that of
-/// the brick's first vertex; nothing of those on edges that are no longer crossed.
-pub fn renumber_brick(before: &BrickRecord, after: &BrickRecord, first: u32, numbers: &mut [u32]) {
-    let mut now = (first..).zip(Edges::new(after)).peekable();
-    let place = |([x, y, z], axis): ([u32; 3], usize)| (z, y, axis, x);
-    for (to, edge) in numbers.iter_mut().zip(Edges::new(before)) {
+/// Of a brick of `extent` samples with one record before and another after: the number that each vertex before has after,
+/// `first` being that of the brick's first vertex; nothing of those on edges that are no longer crossed, and of those
+/// within cells.
+pub fn renumber_brick(
+    method: Method,
+    extent: [usize; 3],
+    [before, after]: [&BrickRecord; 2],
+    first: u32,
+    numbers: &mut [u32],
+) {
+    match method {
+        Method::MarchingCubes | Method::Mc33 => {
+            renumber(Directed(Edges::new(before)), Directed(Edges::new(after)), first, numbers);
+        }
+        Method::Tetrahedra => {
+            let [before, after] =
+                [before, after].map(|record| tetrahedra::Edges::new(record.tetrahedra(), extent));
+            renumber(before, after, first, numbers);
+        }
+    }
+}
+
+fn renumber<E: Iterator<Item = ([u32; 3], usize)>>(before: E, after: E, first: u32, numbers: &mut [u32]) {
+    let mut now = (first..).zip(after).peekable();
+    let place = |([x, y, z], direction): ([u32; 3], usize)| (z, y, direction, x);
+    for (to, edge) in numbers.iter_mut().zip(before) {
         while now.next_if(|(_, other)| place(*other) < place(edge)).is_some() {}
         if let Some((number, _)) = now.next_if(|(_, other)| *other == edge) {
             *to = number;

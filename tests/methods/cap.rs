@@ -1,0 +1,126 @@
+//! Closed borders.
+
+use crate::common::{self, Random};
+use crate::{bytes, on_cpu, on_gpu, options};
+use glam::{Mat3, Vec3};
+use isoforge::extract::{Capped, Normals, Options, Source};
+use isoforge::field::named::Named;
+use isoforge::field::{Closure, Sense};
+use isoforge::grid::Grid;
+use isoforge::mesh::Mesh;
+use isoforge::volume::{Values, Volume};
+
+/// With borders closed, both backends; the same bytes.
+fn capped(source: &Source<'_>, options: &Options) -> Mesh {
+    let capped = Capped::new(source, options.iso, options.sense).unwrap();
+    let mesh = on_cpu(&capped.source(), options);
+    if let Some(extractor) = common::extractor() {
+        let other = on_gpu(extractor, &capped.source(), options);
+        assert_eq!(mesh.triangles, other.triangles, "{options:?}");
+        assert!(!extractor.gpu().is_software() || bytes(&mesh) == bytes(&other), "{options:?}");
+    }
+    mesh
+}
+
+fn assert_closed(mesh: &Mesh, name: &str) {
+    let report = mesh.check();
+    assert!(report.is_closed_manifold() && report.misoriented_edges == 0, "{name}: {report}");
+    assert!(report.volume > 0.0, "{name}: {report}");
+}
+
+/// A solid that fills all of its domain is the domain's box, whatever the method, the field's kind and the steps.
+#[test]
+fn a_full_domain_is_its_box() {
+    let (low, high) = (Vec3::new(-1.0, 2.0, 0.25), Vec3::new(1.5, 3.0, 4.0));
+    let grid = Grid::from_bounds([10, 7, 17], low, high).unwrap();
+    let size = high - low;
+    let field = Closure::new(Sense::Below, |_| -1.0);
+    let dense = Volume::new(grid, vec![3.0; grid.point_count() as usize]).unwrap();
+    let bytes = Volume::of(grid, Values::U8(vec![200; grid.point_count() as usize])).unwrap();
+    for options in options(0.0) {
+        let mut of_field =
+            on_cpu(&Capped::new(&Source::Field(&field, grid), 0.0, None).unwrap().source(), &options);
+        let mut of_volume = capped(&Source::Volume(&dense), &options);
+        let mut of_bytes = capped(&Source::Volume(&bytes), &Options { iso: 100.0, ..options });
+        for mesh in [&mut of_field, &mut of_volume, &mut of_bytes] {
+            assert_closed(mesh, &format!("{options:?}"));
+            let report = mesh.check();
+            assert!(
+                (report.volume - f64::from(size.x * size.y * size.z)).abs() < 1e-5,
+                "{options:?}: {report}"
+            );
+            let (a, b) = mesh.bounds().unwrap();
+            assert!(a.distance(low) < 1e-6 && b.distance(high) < 1e-6, "{a} {b}");
+            // Normals look out of a side where a vertex lies on one alone.
+            for vertex in &mesh.vertices {
+                let sides =
+                    [(vertex.at() - low), (high - vertex.at())].map(|d| d.to_array().map(|d| d.abs() < 1e-5));
+                let on: Vec<(usize, f32)> = (0..3)
+                    .flat_map(|k| [(sides[0][k], k, -1.0), (sides[1][k], k, 1.0)])
+                    .filter_map(|(is_on, k, sign)| is_on.then_some((k, sign)))
+                    .collect();
+                if let [(k, sign)] = on[..] {
+                    assert!(vertex.normal[k] * sign > 0.999, "{vertex:?}");
+                }
+            }
+            mesh.remove_degenerate();
+            assert_closed(mesh, "without zero-area triangles");
+        }
+    }
+}
+
+/// Noise up to the border, and surfaces that leave the domain.
+#[test]
+fn borders_close() {
+    let mut random = Random(2);
+    for (i, step) in
+        [Mat3::IDENTITY, Mat3::from_rotation_z(0.4) * Mat3::from_diagonal(Vec3::new(1.0, -0.5, 2.0))]
+            .into_iter()
+            .enumerate()
+    {
+        let grid = Grid::new([9, 14 + i as u32, 8], Vec3::new(1.0, -2.0, 0.5), step).unwrap();
+        let noise =
+            Volume::new(grid, (0..grid.point_count()).map(|_| random.unit() - 0.5).collect()).unwrap();
+        let ties =
+            Volume::new(grid, (0..grid.point_count()).map(|_| (random.next() % 3) as f32).collect()).unwrap();
+        for (volume, iso) in [(&noise, 0.0), (&ties, 1.0)] {
+            for sense in [Sense::Below, Sense::Above] {
+                for options in options(iso) {
+                    let options = Options { sense: Some(sense), ..options };
+                    assert_closed(&capped(&Source::Volume(volume), &options), &format!("{i}, {options:?}"));
+                }
+            }
+        }
+        let gyroid = Named::new("gyroid").unwrap();
+        let small = Grid::new([21, 15, 18], Vec3::splat(-1.0), step * 0.1).unwrap();
+        for sense in [Sense::Below, Sense::Above] {
+            for options in options(0.1) {
+                let options = Options { sense: Some(sense), ..options };
+                let source = Source::Field(&gyroid, small);
+                let mesh = capped(&source, &options);
+                assert_closed(&mesh, &format!("gyroid {i}, {options:?}"));
+                // Where the domain does not end, nothing is different: both halves fill it.
+                let other = if sense == Sense::Below { Sense::Above } else { Sense::Below };
+                let rest = capped(&source, &Options { sense: Some(other), ..options });
+                let box_volume = f64::from(step.determinant().abs()) * 1e-3 * (21.0 * 15.0 * 18.0);
+                let sum = mesh.check().volume + rest.check().volume;
+                assert!((sum - box_volume).abs() < 1e-3 * box_volume, "{sum} of {box_volume}");
+            }
+        }
+    }
+    // Culling by intervals changes nothing, nor do normals by differences; a field without gradient has them always.
+    let gyroid = Named::new("gyroid").unwrap();
+    let grid = Grid::from_bounds([40; 3], Vec3::splat(-1.0), Vec3::splat(1.0)).unwrap();
+    let source = Source::Field(&gyroid, grid);
+    let options = Options::new(0.1);
+    let mesh = capped(&source, &options);
+    assert!(bytes(&mesh) == bytes(&capped(&source, &Options { cull: false, ..options })));
+    let central = capped(&source, &Options { normals: Normals::Central { delta: None }, ..options });
+    assert_eq!(mesh.triangles, central.triangles);
+    // Open edges are counted where there are any.
+    assert!(
+        on_cpu(&source, &options).open_edges_at_border(&grid)
+            == on_cpu(&source, &options).check().boundary_edges as u64
+    );
+    assert_eq!(mesh.open_edges_at_border(&grid), 0);
+}
