@@ -9,6 +9,9 @@ mod common;
 #[path = "methods/parity.rs"]
 mod parity;
 
+#[path = "methods/placement.rs"]
+mod placement;
+
 use isoforge::extract::{Extractor, Method, Options, Source, extract_on_cpu};
 use isoforge::mesh::Mesh;
 

@@ -317,7 +317,8 @@ fn bindings_are_the_named_ones() {
             layouter.update(module.to_ctx()).unwrap();
             let size = u64::from(layouter[variable.ty].size);
             match name {
-                "table" => assert_eq!(size, 2048),
+                // Of the marching cubes table alone, or of words of all tables.
+                "table" => assert!(size == 2048 || size == 4, "{shader}: {size}"),
                 "header" => assert_eq!(size, MESH_HEADER_BYTES),
                 "field_parameters" => assert_eq!(size, 16 * PARAMETER_VECTORS as u64),
                 _ => {}

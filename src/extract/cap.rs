@@ -252,6 +252,7 @@ impl Field for CappedField<'_> {
             value: value.into(),
             gradient: Some(gradient.into()),
             interval: interval.map(Arc::from),
+            planes: None,
             ..own
         })
     }

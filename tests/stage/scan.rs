@@ -2,7 +2,6 @@
 
 use crate::common::{self, Random};
 use crate::inputs::check;
-use bytemuck::Zeroable;
 use isoforge::gpu::kernel::{Bindings, binding as b};
 use isoforge::gpu::{Form, Gpu, Settings};
 use isoforge::stage::params::{Params, Work};
@@ -27,7 +26,7 @@ fn on_gpu(gpu: &Gpu, stage: &Scan, items: &[[u32; 2]], dispatched: u32, over_bri
         buffer
     };
     let (bricks, active) = if over_bricks { (n, 0xdead_beef) } else { (0xdead_beef, n) };
-    let params = Params { slab_bricks: bricks, ..Params::zeroed() };
+    let params = Params { slab_bricks: bricks, ..Params::default() };
     let work = Work { active_bricks: active, ..Work::default() };
     let params = Settings::new(gpu, &params.uniform(), &params.call());
     let work = filled("work", bytemuck::bytes_of(&work), storage);

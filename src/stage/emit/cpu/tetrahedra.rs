@@ -58,9 +58,13 @@ pub fn emit_indices(
     let numbers = &mut numbers.1;
     numbers.resize(place([0, 0, 9]), 0);
     for (i, owner) in beside.each().enumerate() {
-        let Some((record, first)) = owner else { continue };
         let next = [i & 1, i >> 1 & 1, i >> 2];
-        let extent = [0, 1, 2].map(|k| (params.points[k] - origin[k] - 8 * next[k] as u32).min(9) as usize);
+        let first_point = [0, 1, 2].map(|k| origin[k] + 8 * next[k] as u32);
+        // Beyond the grid's end there may be any brick, and no cell asks for it.
+        let (Some((record, first)), true) = (owner, (0..3).all(|k| first_point[k] < params.points[k])) else {
+            continue;
+        };
+        let extent = [0, 1, 2].map(|k| (params.points[k] - first_point[k]).min(9) as usize);
         fill(record.tetrahedra(), extent, first, next, numbers);
     }
     let Some((record, _)) = beside.each().next().flatten() else { return };
