@@ -13,6 +13,7 @@ use isoforge::extract::Method;
 /// Sets of values for each pattern.
 const VALUES: u64 = 64;
 
+/// Goes red when a triangle of a row of `tables/mc33.txt` is turned round.
 #[test]
 fn all_patterns_close() {
     let mut random = Random(8);
@@ -33,7 +34,7 @@ fn all_patterns_close() {
         }
     }
     let alone: Vec<Small> = cells.iter().map(Small::of_cell).collect();
-    for seed in 0..4 {
+    for seed in 0..2 {
         let packed = Packed::new(Kind::Uniform, &alone, seed);
         for method in Method::ALL {
             for (backend, mesh) in meshes(&packed, &packed.options(method)) {

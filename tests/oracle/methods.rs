@@ -116,6 +116,9 @@ fn compare(kind: Kind, n: usize, seeds: &[u64], compared: &mut Compared, wrong: 
 }
 
 /// Compares 10,000 grids of these kinds, by turns.
+///
+/// Goes red when `joins_inside` (`src/stage/trilinear.rs`) is turned round, when `tunnel` finds none or asks for no real
+/// roots, and `adversarial` alone when `sum` (`shaders/shared/trilinear.wgsl`) loses its carry.
 fn as_the_oracle_says(kinds: &[Kind]) {
     let (mut compared, mut wrong) = (Compared::default(), Vec::new());
     let packs = SIZES.into_iter().flat_map(|(n, packs)| (0..packs).map(move |_| n));

@@ -68,6 +68,7 @@ fn is_impossible(row: &str) -> bool {
     !faces.contains('-') && across("11") && across("00")
 }
 
+/// Goes red when a row with a tunnel (`24 ------ inside`, `150 101010 outside`) has the triangles of the row without.
 #[test]
 fn every_row_is_met() {
     let table = include_str!("../../tables/mc33.txt");
