@@ -8,11 +8,17 @@ mod clean;
 mod crease;
 #[path = "mesh/damage.rs"]
 mod damage;
+#[path = "mesh/extracted.rs"]
+mod extracted;
 #[path = "mesh/formats.rs"]
 mod formats;
+#[path = "mesh/graph.rs"]
+mod graph;
 #[path = "mesh/rib.rs"]
 mod rib;
 #[path = "mesh/shapes.rs"]
 mod shapes;
 #[path = "mesh/targets.rs"]
 mod targets;
+#[path = "mesh/tools.rs"]
+mod tools;

@@ -111,6 +111,7 @@ pub fn check(mesh: &Mesh) -> Report {
         unused_vertices: unused(mesh),
         bad_indices,
         non_finite_vertices,
+        boundary_loops: loops(mesh.vertices.len(), around.iter().flat_map(|a| &a.border)),
         defects: Vec::new(),
     };
     if report.is_closed_manifold() {
@@ -126,6 +127,24 @@ pub fn check(mesh: &Mesh) -> Report {
     });
     report.defects = places;
     report
+}
+
+/// The connected pieces of a border.
+fn loops<'a>(vertices: usize, border: impl Iterator<Item = &'a [u32; 2]>) -> usize {
+    let mut parent: Vec<u32> = Vec::new();
+    let mut is_on = Vec::new();
+    let mut pieces = 0;
+    for &[a, b] in border {
+        if parent.is_empty() {
+            parent = (0..vertices as u32).collect();
+            is_on = vec![false; vertices];
+        }
+        for v in [a, b] {
+            pieces += usize::from(!std::mem::replace(&mut is_on[v as usize], true));
+        }
+        pieces -= usize::from(join(&mut parent, a, b));
+    }
+    pieces
 }
 
 /// Vertices that no triangle names.
@@ -253,6 +272,8 @@ struct Around {
     misoriented: usize,
     duplicates: usize,
     pinched: usize,
+    /// The ends of each boundary edge.
+    border: Vec<[u32; 2]>,
     places: Places,
 }
 
@@ -329,6 +350,9 @@ impl Around {
 
     fn edge(&mut self, mesh: &Mesh, v: u32, edge: &[(u32, u32)], ring: &[u32]) {
         self.edges += 1;
+        if edge.len() == 1 {
+            self.border.push([v, edge[0].0]);
+        }
         let (count, kind) = match edge {
             [_] => (&mut self.boundary, DefectKind::BoundaryEdge),
             [a, b] if a.1 % 2 == b.1 % 2 => (&mut self.misoriented, DefectKind::MisorientedEdge),
