@@ -4,6 +4,8 @@
 mod check;
 #[path = "mesh/clean.rs"]
 mod clean;
+#[path = "mesh/colours.rs"]
+mod colours;
 #[path = "mesh/crease.rs"]
 mod crease;
 #[path = "mesh/damage.rs"]
@@ -14,6 +16,9 @@ mod extracted;
 mod formats;
 #[path = "mesh/graph.rs"]
 mod graph;
+#[cfg(feature = "meshopt")]
+#[path = "mesh/meshopt.rs"]
+mod meshopt_tools;
 #[path = "mesh/rib.rs"]
 mod rib;
 #[path = "mesh/shapes.rs"]

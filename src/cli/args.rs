@@ -1,10 +1,12 @@
 //! The arguments of every command.
 
+use super::bench::BenchArgs;
+use super::colour::ColourArgs;
+use super::mesh_tools::MeshToolsArgs;
 use super::values::{
     RefineArg, Size, Triple, bounds, byte_count, cells, degrees, dims, parameter, refine, size, triple,
 };
 use crate::field::Sense;
-use crate::gpu::Form;
 use crate::render::Shade;
 use crate::volume::{Endian, Scalar};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -26,6 +28,8 @@ pub enum Command {
     Extract(Box<ExtractArgs>),
     /// Check a mesh file: is it closed, manifold, consistently wound; area, volume, genus
     Check(CheckArgs),
+    /// Weld, clean, smooth, simplify and reorder a mesh file, with a check after each step
+    MeshTools(Box<MeshToolsArgs>),
     /// List the adapters, their limits, and what isoforge will use
     Info,
     /// List the named fields with their formulas and parameters
@@ -202,6 +206,9 @@ pub struct ExtractArgs {
     /// Print errors alone
     #[arg(short, long)]
     pub quiet: bool,
+
+    #[command(flatten)]
+    pub colour: ColourArgs,
 
     #[command(flatten)]
     pub picture: PictureArgs,
@@ -387,91 +394,6 @@ pub struct AccuracyArgs {
     /// Write one JSON array instead of tables; - for standard output
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-pub struct BenchArgs {
-    /// Cells along each axis, one size after the other
-    #[arg(
-        short = 'n',
-        long = "sizes",
-        value_name = "N,N,…",
-        value_delimiter = ',',
-        default_value = "64,128,256"
-    )]
-    pub sizes: Vec<u32>,
-
-    /// Named fields to extract
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "sphere,torus,gyroid")]
-    pub cases: Vec<String>,
-
-    /// A volume file to extract beside them
-    #[arg(long, value_name = "FILE", requires = "iso")]
-    pub volume: Option<PathBuf>,
-
-    /// The volume's iso value
-    #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
-    pub iso: Option<f32>,
-
-    /// Sample the fields into arrays and extract those, too
-    #[arg(long)]
-    pub arrays: bool,
-
-    /// Take every brick of the fields, not only those that their intervals leave
-    #[arg(long)]
-    pub dense: bool,
-
-    /// Tell how far each stage of the GPU is from what the adapter can do: bytes and evaluations per second
-    #[arg(long)]
-    pub roofline: bool,
-
-    /// The form of the kernels on the GPU: how workgroups share their work [default: the adapter's best, which `info` tells]
-    #[arg(long, value_enum)]
-    pub form: Option<FormArg>,
-
-    /// Sweep so many iso values over volumes that lie on the GPU
-    #[arg(long, value_name = "VALUES", default_value_t = 0)]
-    pub sweep: u32,
-
-    /// Where to extract; auto is both
-    #[arg(long, value_enum, default_value = "auto")]
-    pub backend: Backend,
-
-    /// The most timed runs a row
-    #[arg(long, value_name = "RUNS", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
-    pub repeats: u32,
-
-    /// Seconds after which a row gets no further run
-    #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
-    pub seconds: f64,
-
-    /// Write one JSON object; - for standard output
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-
-    /// Do not tell what is being measured
-    #[arg(short, long)]
-    pub quiet: bool,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum FormArg {
-    /// Each invocation for itself, with few barriers
-    Serial,
-    /// Through memory of the workgroup
-    Shared,
-    /// By subgroup operations
-    Subgroup,
-}
-
-impl From<FormArg> for Form {
-    fn from(form: FormArg) -> Self {
-        match form {
-            FormArg::Serial => Self::Serial,
-            FormArg::Shared => Self::Shared,
-            FormArg::Subgroup => Self::Subgroup,
-        }
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

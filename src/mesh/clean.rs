@@ -95,10 +95,8 @@ impl Mesh {
                 *number = 0;
             }
         }
-        let mut next = 0;
-        for number in number.iter_mut().filter(|number| **number == 0) {
+        for (next, number) in (0..).zip(number.iter_mut().filter(|number| **number == 0)) {
             *number = next;
-            next += 1;
         }
         let mut used = number.iter().map(|&number| number != u32::MAX);
         self.vertices.retain(|_| used.next() == Some(true));
