@@ -19,6 +19,8 @@ mod graph;
 #[cfg(feature = "meshopt")]
 #[path = "mesh/meshopt.rs"]
 mod meshopt_tools;
+#[path = "mesh/odd.rs"]
+mod odd;
 #[path = "mesh/rib.rs"]
 mod rib;
 #[path = "mesh/shapes.rs"]

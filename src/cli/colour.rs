@@ -6,7 +6,7 @@ use super::source::{self, Loaded};
 use super::values::{parameter, range};
 use crate::colour::{ColourError, Coloured, Colouring, Map, Samples, sample, usual_range};
 use crate::mesh::{Mesh, write};
-use crate::volume;
+use crate::{scene, volume};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -84,7 +84,8 @@ impl Painter {
                 Failure::Negative => Failure::Negative,
             }
         })?;
-        if matches!(opened.loaded, Loaded::Volume { .. }) {
+        // A scene's are about where its own surface lies.
+        if !scene::is_scene_ending(Path::new(&name)) {
             opened.notes.iter().for_each(|note| remark(&format!("--color-by: {note}")));
         }
         Ok(Some(Self {
@@ -131,6 +132,7 @@ impl Painter {
                     self.name, self.map
                 ));
             }
+            _ if values.is_empty() => {}
             _ => remark(&format!("--color-by {}: no vertex has a value: all are grey", self.name)),
         }
         if outside > 0 {

@@ -245,14 +245,14 @@ impl<'a> Work<'a> {
                 error: args.simplify_error.unwrap_or(f32::INFINITY),
             };
             self.step("simplify", "--simplify", |mesh, _| {
+                // Vertices at one place would keep each other.
+                mesh.remove_degenerate();
                 let moved = mesh.simplify(&budget).map_err(Failure::run)?;
                 Ok(format!("the surface moved by {moved:.3e}"))
             })?;
             let count = self.mesh.triangles.len();
             if args.simplify_error.is_none() && count > budget.triangles {
-                self.remark(&format!(
-                    "{count} triangles are left: no edge can go without changing the topology"
-                ));
+                self.remark(&format!("{count} triangles are left: fewer would change the topology"));
             }
         }
         if args.optimize {

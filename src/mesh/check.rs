@@ -129,6 +129,15 @@ pub fn check(mesh: &Mesh) -> Report {
     report
 }
 
+/// The vertices of duplicate triangles, of edges that are not manifold or not wound alike, and those whose triangles are not
+/// one fan or cycle: a vertex may be there several times.
+#[cfg(feature = "meshopt")]
+pub(super) fn faulty_vertices(mesh: &Mesh) -> Vec<u32> {
+    let rings = Rings::of(mesh);
+    let chunks = (0..mesh.vertices.len().div_ceil(CHUNK)).into_par_iter();
+    chunks.flat_map_iter(|chunk| Around::of(mesh, &rings, chunk * CHUNK).faulty).collect()
+}
+
 /// The connected pieces of a border.
 fn loops<'a>(vertices: usize, border: impl Iterator<Item = &'a [u32; 2]>) -> usize {
     let mut parent: Vec<u32> = Vec::new();
@@ -274,6 +283,8 @@ struct Around {
     pinched: usize,
     /// The ends of each boundary edge.
     border: Vec<[u32; 2]>,
+    /// Vertices of whatever else is wrong.
+    faulty: Vec<u32>,
     places: Places,
 }
 
@@ -333,6 +344,7 @@ impl Around {
         if fans > 1 || crowded {
             let some: Vec<usize> = ring.iter().take(8).map(|&t| t as usize).collect();
             let kind = DefectKind::NonManifoldVertex;
+            self.faulty.push(v);
             self.places.note(self.pinched, || place(mesh, kind, &[v], &some));
             self.pinched += 1;
         }
@@ -341,6 +353,7 @@ impl Around {
             if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
                 let (again, kind) = (pair[1].2 as usize, DefectKind::DuplicateTriangle);
                 let doubled = mesh.triangles[again];
+                self.faulty.extend(doubled);
                 self.places
                     .note(self.duplicates, || place(mesh, kind, &doubled, &[pair[0].2 as usize, again]));
                 self.duplicates += 1;
@@ -359,6 +372,9 @@ impl Around {
             [_, _] => return,
             _ => (&mut self.crowded, DefectKind::NonManifoldEdge),
         };
+        if edge.len() > 1 {
+            self.faulty.extend([v, edge[0].0]);
+        }
         let at = || edge.iter().take(8).map(|&(_, i)| ring[i as usize / 2] as usize).collect::<Vec<_>>();
         self.places.note(*count, || place(mesh, kind, &[v, edge[0].0], &at()));
         *count += 1;

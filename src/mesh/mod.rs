@@ -6,8 +6,6 @@ pub mod check;
 pub mod clean;
 mod components;
 mod crease;
-#[cfg(feature = "meshopt")]
-mod glue;
 mod order;
 pub mod read;
 mod report;

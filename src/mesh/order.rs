@@ -48,7 +48,6 @@ mod by_meshopt {
 
         /// The triangles as one strip, which [`triangles_of_strip`](crate::mesh::triangles_of_strip) turns back into them (in
         /// another order). Its runs are joined by triangles that repeat a vertex, since glTF has no other way.
-        /// [`optimize`](Mesh::optimize) first: strips that go through neighbours are longer.
         ///
         /// # Errors
         /// [`Unfit`].
@@ -56,8 +55,9 @@ mod by_meshopt {
             fit(self)?;
             let proper: Vec<[u32; 3]> =
                 self.triangles.iter().copied().filter(|&[a, b, c]| a != b && b != c && c != a).collect();
-            let indices = proper.as_flattened();
-            meshopt::stripify(indices, self.vertices.len(), 0).map_err(|_| Unfit::TooLarge)
+            let count = self.vertices.len();
+            let indices = meshopt::optimize_vertex_cache_strip(proper.as_flattened(), count);
+            meshopt::stripify(&indices, count, 0).map_err(|_| Unfit::TooLarge)
         }
     }
 }

@@ -61,7 +61,7 @@ fn values_are_the_fields_and_the_volumes() {
     with_lost.vertices[5].position[1] = f32::NAN;
     let found = sample(&field, Some(&grid), &with_lost).unwrap();
     assert_eq!((found.outside, found.not_finite), (1, 1));
-    assert!(found.values[0].is_nan() && found.values[5].is_nan() && found.values[7] == 4.0);
+    assert!(found.values[0].is_nan() && found.values[5].is_nan() && (found.values[7] - 4.0).abs() < 1e-5);
 }
 
 #[test]
@@ -79,8 +79,8 @@ fn disjoint_boxes_are_named() {
 
 #[test]
 fn maps_and_ranges() {
-    let near = |a: [u8; 3], b: [u8; 3]| a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 6);
-    // The ends and middles that matplotlib and Moreland's paper have.
+    let near = |a: [u8; 3], b: [u8; 3]| a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 16);
+    // The ends and middles that matplotlib and Moreland's paper have; colorgrad's are smooth ways through a few of them.
     for (map, low, middle, high) in [
         (Map::Viridis, [68, 1, 84], [33, 145, 140], [253, 231, 37]),
         (Map::Magma, [0, 0, 4], [183, 55, 121], [252, 253, 191]),

