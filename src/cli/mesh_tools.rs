@@ -24,16 +24,21 @@ pub struct MeshToolsArgs {
     #[arg(long, value_name = "DISTANCE", value_parser = length, allow_negative_numbers = true)]
     pub weld: Option<f32>,
 
-    /// 2. Remove components with fewer triangles than this, or with less than a part of the largest's
+    /// 2. Make a manifold of a surface that touches itself: sheets without thickness go, and what meets in single edges and
+    ///    vertices comes apart; where that cannot be, as where the winding turns over, it opens
+    #[arg(long)]
+    pub repair: bool,
+
+    /// 3. Remove components with fewer triangles than this, or with less than a part of the largest's
     ///    area or volume; the largest stays
     #[arg(long, value_name = "N|area=PART|volume=PART", value_parser = least)]
     pub remove_below: Option<Least>,
 
-    /// 3. Smooth so often, keeping the volume and open borders (Taubin)
+    /// 4. Smooth so often, keeping the volume and open borders (Taubin)
     #[arg(long, value_name = "ITERATIONS", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub smooth: Option<u32>,
 
-    /// 4. Collapse edges down to so many triangles (feature `meshopt`)
+    /// 5. Collapse edges down to so many triangles (feature `meshopt`)
     #[arg(long, value_name = "TRIANGLES")]
     pub simplify: Option<usize>,
 
@@ -42,11 +47,11 @@ pub struct MeshToolsArgs {
     #[arg(long, value_name = "DISTANCE", value_parser = length, allow_negative_numbers = true)]
     pub simplify_error: Option<f32>,
 
-    /// 5. Order triangles for a GPU's vertex cache, and vertices by their first use (feature `meshopt`)
+    /// 6. Order triangles for a GPU's vertex cache, and vertices by their first use (feature `meshopt`)
     #[arg(long)]
     pub optimize: bool,
 
-    /// 6. Write the triangles as one strip: .glb, primitive mode 5 (feature `meshopt`)
+    /// 7. Write the triangles as one strip: .glb, primitive mode 5 (feature `meshopt`)
     #[arg(long, requires = "output")]
     pub strips: bool,
 
@@ -209,6 +214,12 @@ impl<'a> Work<'a> {
             self.step("weld", &format!("--weld {distance}"), |mesh, _| {
                 let removed = mesh.weld_within(distance).map_err(Failure::usage)?;
                 Ok(format!("{} vertices merged, {} triangles gone", removed.vertices, removed.triangles))
+            })?;
+        }
+        if args.repair {
+            self.step("repair", "--repair", |mesh, _| {
+                let repaired = mesh.repair();
+                Ok(format!("{} triangles gone, {} vertices split off", repaired.triangles, repaired.split))
             })?;
         }
         if let Some(least) = args.remove_below {

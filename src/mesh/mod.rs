@@ -8,6 +8,7 @@ mod components;
 mod crease;
 mod order;
 pub mod read;
+mod repair;
 mod report;
 #[cfg(feature = "meshopt")]
 mod simplify;
@@ -18,6 +19,7 @@ mod weld;
 pub mod write;
 
 pub use components::{Component, Components, Least};
+pub use repair::Repaired;
 #[cfg(feature = "meshopt")]
 pub use simplify::{Budget, Unfit};
 pub use smooth::{SmoothError, Taubin};

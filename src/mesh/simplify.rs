@@ -58,8 +58,8 @@ impl Mesh {
     /// can go; returns how far the surface moved, in world units.
     ///
     /// The vertices left are some of the old ones, where they were and with their normals. The distance is the library's
-    /// own measure, a root of the mean square from quadrics: single points may lie farther (in the tests twice as far on
-    /// smooth closed shapes, nine times on a thin, coarse sheet). Borders keep their shape within the same error. Vertices at the same
+    /// own measure, a root of the mean square from quadrics: single points may lie farther (in the tests up to four times as
+    /// far on closed shapes, nine times on a thin, coarse sheet). Borders keep their shape within the same error. Vertices at the same
     /// place stay: [`remove_degenerate`](Mesh::remove_degenerate) first.
     ///
     /// Where edges, vertices and winding were in order, they stay so: a closed mesh stays closed. No component vanishes, or becomes

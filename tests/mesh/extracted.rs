@@ -18,13 +18,22 @@ pub fn named(name: &str, n: u32) -> Mesh {
 
 /// The surface of random samples on n³ cells, closed by samples outside all around it: many components and handles.
 pub fn noise(n: u32, seed: u64, closed: bool) -> Mesh {
+    surface(n, seed, closed, |random| random.unit() - 0.5)
+}
+
+/// As [`noise`], closed, of samples that are often equal to iso.
+pub fn ties(n: u32, seed: u64) -> Mesh {
+    surface(n, seed, true, |random| [-1.0, 0.0, 0.0, 1.0, 1.0][random.below(5)])
+}
+
+fn surface(n: u32, seed: u64, closed: bool, sample: impl Fn(&mut Random) -> f32) -> Mesh {
     let grid = Grid::from_bounds([n; 3], Vec3::ZERO, Vec3::ONE).unwrap();
     let points = grid.points();
     let mut random = Random(seed);
     let values = (0..grid.point_count() as u32).map(|i| {
         let p = [i % points.x, i / points.x % points.y, i / (points.x * points.y)];
         let rim = closed && p.iter().any(|&x| x == 0 || x == n);
-        if rim { -1.0 } else { random.unit() - 0.5 }
+        if rim { -1.0 } else { sample(&mut random) }
     });
     let volume = Volume::new(grid, values.collect()).unwrap();
     extract_on_cpu(&Source::Volume(&volume), &Options::new(0.0), &|_| {}).unwrap().0

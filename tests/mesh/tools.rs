@@ -4,7 +4,7 @@ use glam::Vec3;
 use isoforge::mesh::{Least, Mesh, SmoothError, Taubin, triangles_of_strip};
 use proptest::prelude::*;
 
-use crate::extracted::{Random, named, noise, soup};
+use crate::extracted::{Random, named, noise, soup, ties};
 use crate::shapes::{both, cube, mesh, tetrahedron, torus};
 
 /// The shortest edge.
@@ -230,6 +230,62 @@ fn the_result_depends_on_no_number_of_threads() {
         mesh
     };
     assert!(smooth(1) == smooth(3));
+}
+
+/// What a file of triangles and a weld make of a surface: it may touch itself at places where vertices were apart.
+#[test]
+fn repaired_welds_are_closed_manifolds() {
+    // Two cubes that share a vertex, two that share an edge, and a cube with a sheet in it.
+    let corner = both(&cube(), &cube(), [1.0; 3]);
+    let edge = both(&cube(), &cube(), [1.0, 1.0, 0.0]);
+    let mut sheet = cube();
+    sheet.triangles.extend([[0, 3, 5], [0, 5, 3], [1, 1, 2]]);
+    for (mut mesh, components, triangles) in [(corner, 2, 24), (edge, 2, 24), (sheet, 1, 12)] {
+        mesh.weld();
+        assert!(!mesh.check().is_closed_manifold());
+        let places: Vec<_> = mesh.vertices.iter().map(|v| v.position).collect();
+        mesh.repair();
+        let r = mesh.check();
+        assert!(r.is_closed_manifold() && !r.has_defects(), "{r}");
+        assert_eq!((r.components, r.triangles, r.unused_vertices), (components, triangles, 0));
+        assert!(mesh.vertices.iter().all(|v| places.contains(&v.position)));
+        let again = mesh.clone();
+        assert_eq!(mesh.repair(), Default::default());
+        assert_eq!(mesh, again);
+    }
+    // What opens: the border of a triangle that is wound against its neighbours, and the third at an edge.
+    let mut turned = cube();
+    turned.triangles[0].swap(0, 1);
+    turned.repair();
+    let r = turned.check();
+    assert_eq!((r.misoriented_edges, r.non_manifold_edges, r.components, r.boundary_edges), (0, 0, 2, 6));
+    let mut third = cube();
+    third.vertices.push(third.vertices[0]);
+    third.vertices[8].position = [-1.0; 3];
+    third.triangles.push([third.triangles[0][0], third.triangles[0][1], 8]);
+    third.triangles.push([0, 1, 77]);
+    third.repair();
+    let r = third.check();
+    assert_eq!(
+        (r.non_manifold_edges, r.non_manifold_vertices, r.bad_indices, r.boundary_edges),
+        (0, 0, 0, 3)
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+    /// Samples equal to iso put many vertices on one place, which a weld makes one.
+    #[test]
+    fn repaired_ties_are_manifolds(n in 3u32..8, seed in any::<u64>()) {
+        let mut mesh = ties(n, seed);
+        let before = mesh.check();
+        mesh.weld_within(0.0).unwrap();
+        mesh.repair();
+        let r = mesh.check();
+        prop_assert_eq!((r.boundary_edges, r.misoriented_edges, r.degenerate_triangles), (0, 0, 0), "{}", r);
+        prop_assert!(r.non_manifold_edges <= 2, "{}", r);
+        prop_assert!((r.volume - before.volume).abs() < 1e-6);
+    }
 }
 
 #[test]
