@@ -65,10 +65,13 @@ fn encode(linear: Vec3) -> Vec3 {
     Vec3::new(encode_channel(linear.x), encode_channel(linear.y), encode_channel(linear.z))
 }
 
+/// What a colour of 1 reflects: more, and the key light would bleach it.
+const WHITE: f32 = 0.62;
+
 /// The material of vertex `i`, in linear light.
 #[inline]
 pub(super) fn base(colours: &[[u8; 3]], i: usize) -> Vec3 {
-    colours.get(i).map_or(NEUTRAL, |colour| Vec3::from(colour.map(linear)))
+    colours.get(i).map_or(NEUTRAL, |colour| WHITE * Vec3::from(colour.map(linear)))
 }
 
 impl Frame {
