@@ -118,6 +118,27 @@ fn broken_corners_are_left_out_and_told() {
 }
 
 #[test]
+fn check_and_tools_say_alike_what_is_wrong_with_a_file() {
+    let here = folder();
+    let off = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    std::fs::write(here.path().join("far.off"), format!("{off}3 0 1 2\n3 0 2 4\n")).expect("a file");
+    std::fs::write(here.path().join("odd.off"), format!("{off}4 0 1 2 3\n2 0 1\n")).expect("a file");
+    for command in ["check", "mesh-tools"] {
+        let run = isoforge(here.path(), &[command, "far.off"]);
+        assert_eq!(run.code, Some(1));
+        assert!(run.err.contains("far.off, line 8: face 1 names vertex 4, but there are 4; "), "{}", run.err);
+        // A quad is two triangles, a line none.
+        let run = done(here.path(), &[command, "odd.off"]);
+        let told = if command == "check" {
+            "triangles               2\n"
+        } else {
+            "4 vertices, 2 triangles, 1 component"
+        };
+        assert!((run.out + &run.err).contains(told));
+    }
+}
+
+#[test]
 fn what_cannot_work_is_refused() {
     let here = folder();
     std::fs::write(here.path().join("a.off"), "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").expect("a file");
