@@ -1,12 +1,14 @@
 //! The arguments of every command.
 
-use super::bench::BenchArgs;
+use super::accuracy::AccuracyArgs;
 use super::colour::ColourArgs;
+use super::gallery::GalleryArgs;
 use super::mesh_tools::MeshToolsArgs;
 use super::values::{
     RefineArg, Size, Triple, bounds, byte_count, cells, degrees, dims, parameter, refine, size, triple,
 };
 use crate::field::Sense;
+use crate::gpu::Form;
 use crate::render::Shade;
 use crate::volume::{Endian, Scalar};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -328,25 +330,6 @@ pub struct PictureArgs {
 }
 
 #[derive(Debug, Args)]
-pub struct GalleryArgs {
-    /// The picture to write
-    #[arg(short, long, value_name = "FILE.png")]
-    pub output: PathBuf,
-
-    /// Width and height of each field's picture in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 192, value_parser = clap::value_parser!(u32).range(32..=2048))]
-    pub cell: u32,
-
-    /// Pictures in a row
-    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=64))]
-    pub columns: u32,
-
-    /// Cells along each axis of each field's grid
-    #[arg(short = 'n', long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub cells: u32,
-}
-
-#[derive(Debug, Args)]
 pub struct CheckArgs {
     /// A mesh: .off .obj .ply .stl .glb
     pub file: PathBuf,
@@ -370,30 +353,88 @@ pub struct CompareArgs {
 }
 
 #[derive(Debug, Args)]
-pub struct AccuracyArgs {
-    /// What is meshed: one or more sources as of `extract`, scenes for example
-    #[arg(required = true, value_name = "SOURCE")]
-    pub sources: Vec<String>,
+pub struct BenchArgs {
+    /// Cells along each axis, one size after the other
+    #[arg(
+        short = 'n',
+        long = "sizes",
+        value_name = "N,N,…",
+        value_delimiter = ',',
+        default_value = "64,128,256"
+    )]
+    pub sizes: Vec<u32>,
 
-    /// The iso value [default: the source's own]
+    /// Named fields to extract
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "sphere,torus,gyroid")]
+    pub cases: Vec<String>,
+
+    /// A volume file to extract beside them
+    #[arg(long, value_name = "FILE", requires = "iso")]
+    pub volume: Option<PathBuf>,
+
+    /// The volume's iso value
     #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
     pub iso: Option<f32>,
 
-    /// Cells along each axis: one number, or x,y,z [default: the scene's, or 128]
-    #[arg(short = 'n', long, value_name = "N", value_parser = cells, allow_hyphen_values = true)]
-    pub cells: Option<[u32; 3]>,
+    /// Sample the fields into arrays and extract those, too
+    #[arg(long)]
+    pub arrays: bool,
 
-    /// A parameter of every source; may be repeated
-    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parameter)]
-    pub parameters: Vec<(String, f64)>,
+    /// Take every brick of the fields, not only those that their intervals leave
+    #[arg(long)]
+    pub dense: bool,
 
-    /// How triangles are split, as of `extract` [default: the scene's words]
-    #[arg(long, value_name = "flatness=0.95,epsilon=1e-4,depth=5,step=L", value_parser = refine)]
-    pub refine: Option<RefineArg>,
+    /// Tell how far each stage of the GPU is from what the adapter can do: bytes and evaluations per second
+    #[arg(long)]
+    pub roofline: bool,
 
-    /// Write one JSON array instead of tables; - for standard output
+    /// The form of the kernels on the GPU: how workgroups share their work [default: the adapter's best, which `info` tells]
+    #[arg(long, value_enum)]
+    pub form: Option<FormArg>,
+
+    /// Sweep so many iso values over volumes that lie on the GPU
+    #[arg(long, value_name = "VALUES", default_value_t = 0)]
+    pub sweep: u32,
+
+    /// Where to extract; auto is both
+    #[arg(long, value_enum, default_value = "auto")]
+    pub backend: Backend,
+
+    /// The most timed runs a row
+    #[arg(long, value_name = "RUNS", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
+    pub repeats: u32,
+
+    /// Seconds after which a row gets no further run
+    #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
+    pub seconds: f64,
+
+    /// Write one JSON object; - for standard output
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+
+    /// Do not tell what is being measured
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum FormArg {
+    /// Each invocation for itself, with few barriers
+    Serial,
+    /// Through memory of the workgroup
+    Shared,
+    /// By subgroup operations
+    Subgroup,
+}
+
+impl From<FormArg> for Form {
+    fn from(form: FormArg) -> Self {
+        match form {
+            FormArg::Serial => Self::Serial,
+            FormArg::Shared => Self::Shared,
+            FormArg::Subgroup => Self::Subgroup,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
