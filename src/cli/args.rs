@@ -30,7 +30,7 @@ pub enum Command {
     Extract(Box<ExtractArgs>),
     /// Check a mesh file: is it closed, manifold, consistently wound; area, volume, genus
     Check(CheckArgs),
-    /// Weld, clean, smooth, simplify and reorder a mesh file, with a check after each step
+    /// Weld, repair, smooth, simplify and reorder a mesh file, in the order of the numbers below, with a check after each step
     MeshTools(Box<MeshToolsArgs>),
     /// List the adapters, their limits, and what isoforge will use
     Info,
