@@ -46,6 +46,7 @@ pub mod accuracy;
 mod atomic;
 pub mod bench;
 pub mod cli;
+pub mod colour;
 pub mod compare;
 pub mod components;
 mod excerpt;

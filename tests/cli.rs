@@ -2,8 +2,12 @@
 
 #[path = "cli/bad_input.rs"]
 mod bad_input;
+#[path = "cli/colours.rs"]
+mod colours;
 #[path = "cli/extract.rs"]
 mod extract;
+#[path = "cli/mesh_tools.rs"]
+mod mesh_tools;
 #[path = "cli/methods.rs"]
 mod methods;
 #[path = "cli/other.rs"]

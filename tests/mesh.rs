@@ -4,15 +4,28 @@
 mod check;
 #[path = "mesh/clean.rs"]
 mod clean;
+#[path = "mesh/colours.rs"]
+mod colours;
 #[path = "mesh/crease.rs"]
 mod crease;
 #[path = "mesh/damage.rs"]
 mod damage;
+#[path = "mesh/extracted.rs"]
+mod extracted;
 #[path = "mesh/formats.rs"]
 mod formats;
+#[path = "mesh/graph.rs"]
+mod graph;
+#[cfg(feature = "meshopt")]
+#[path = "mesh/meshopt.rs"]
+mod meshopt_tools;
+#[path = "mesh/odd.rs"]
+mod odd;
 #[path = "mesh/rib.rs"]
 mod rib;
 #[path = "mesh/shapes.rs"]
 mod shapes;
 #[path = "mesh/targets.rs"]
 mod targets;
+#[path = "mesh/tools.rs"]
+mod tools;

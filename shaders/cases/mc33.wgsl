@@ -3,7 +3,11 @@
 @group(0) @binding(10) var<storage, read> table: array<u32>;
 
 const HAS_CENTRES = true;
+// Two words a case (src/table/mc33.rs); in place of the number of triangles, that the corners do not decide.
 const CASES = 512u;
+const UNDECIDED = 15u;
+// Behind them.
+const ROWS = 1024u;
 
 // What the tables have for a cell, to be asked by the functions below: where it begins, and its first word.
 struct Entry {
@@ -12,10 +16,15 @@ struct Entry {
 }
 
 fn cell_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>, case_byte: u32) -> Entry {
-    let word = table[CASES + case_byte];
-    if word == 0u {
-        return Entry(2u * case_byte, table[2u * case_byte]);
+    let of_case = CASES + 2u * case_byte;
+    let head = table[of_case];
+    if (head & 15u) == UNDECIDED {
+        return undecided_entry(slot, origin, cell, case_byte, table[of_case + 1u]);
     }
+    return Entry(of_case, head);
+}
+
+fn undecided_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>, case_byte: u32, word: u32) -> Entry {
     var magnitudes: array<u32, 8>;
     for (var k = 0u; k < 8u; k++) {
         magnitudes[k] = magnitude(sample_bits(slot, origin, cell + vec3<u32>(k & 1u, (k >> 1u) & 1u, k >> 2u)));
@@ -45,7 +54,7 @@ fn triangle_count(entry: Entry) -> u32 {
 
 // Vertices within the cell.
 fn centre_count(entry: Entry) -> u32 {
-    return select((entry.head >> 4u) & 3u, 0u, entry.at < CASES);
+    return select((entry.head >> 4u) & 3u, 0u, entry.at < ROWS);
 }
 
 // The edges whose vertices lie around a centre, a bit each.
@@ -55,7 +64,7 @@ fn around_centre(entry: Entry, i: u32) -> u32 {
 
 // The corners of triangle `t`, four bits each: edges, and from 12 on centres.
 fn triangle_corners(entry: Entry, t: u32) -> u32 {
-    if entry.at >= CASES {
+    if entry.at >= ROWS {
         return table[entry.at + 1u + t / 2u] >> (12u * (t & 1u));
     }
     let shift = 4u + 12u * t;

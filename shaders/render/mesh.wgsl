@@ -25,7 +25,12 @@ struct Varyings {
     @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
     // Not zero if a corner has no usable position (x) or no usable normal (y).
     @location(2) marks: vec2<f32>,
+    // Colour of the material, linear light.
+    @location(3) @interpolate(perspective, centroid) base: vec3<f32>,
 }
+
+// The neutral material.
+const NEUTRAL: vec3<f32> = vec3<f32>(0.42, 0.46, 0.53);
 
 // The bits of 1e6 and of infinity: compared as integers, since compilers may assume that no NaN occurs.
 const FAR_BITS: u32 = 0x49742400u;
@@ -44,7 +49,7 @@ fn unit(v: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(0.0);
 }
 
-fn vertex(position: vec3<f32>, normal: vec3<f32>) -> Varyings {
+fn vertex(position: vec3<f32>, normal: vec3<f32>, base: vec3<f32>) -> Varyings {
     var out: Varyings;
     let ray = (position - frame.eye) * frame.scale;
     let lost = reaches(ray, FAR_BITS);
@@ -52,18 +57,28 @@ fn vertex(position: vec3<f32>, normal: vec3<f32>) -> Varyings {
     out.ray = select(ray, vec3<f32>(0.0), lost);
     out.clip = select(frame.clip * vec4<f32>(ray, 1.0), vec4<f32>(0.0, 0.0, 0.0, 1.0), lost);
     out.normal = select(normal, vec3<f32>(0.0), bad);
+    out.base = base;
     out.marks = vec2<f32>(select(0.0, 1.0, lost), select(0.0, 1.0, bad));
     return out;
 }
 
 @vertex
 fn mesh_vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> Varyings {
-    return vertex(position, normal);
+    return vertex(position, normal, NEUTRAL);
+}
+
+@vertex
+fn coloured_vertex(
+    @location(0) position: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) base: vec3<f32>,
+) -> Varyings {
+    return vertex(position, normal, base);
 }
 
 @vertex
 fn line_vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> Varyings {
-    var out = vertex(position, normal);
+    var out = vertex(position, normal, NEUTRAL);
     out.clip.z -= frame.line_bias * out.clip.w;
     return out;
 }
@@ -80,9 +95,8 @@ fn encode(linear: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(encode_channel(linear.x), encode_channel(linear.y), encode_channel(linear.z));
 }
 
-// Linear light of the neutral material; normal and view are unit vectors on the viewer's side.
-fn lit(normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
-    let base = vec3<f32>(0.42, 0.46, 0.53);
+// Linear light of a material of colour `base`; normal and view are unit vectors on the viewer's side.
+fn lit(base: vec3<f32>, normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
     let ground = vec3<f32>(0.15, 0.14, 0.14);
     let sky = vec3<f32>(0.34, 0.38, 0.45);
     let key_light = vec3<f32>(1.30, 1.24, 1.15);
@@ -104,7 +118,14 @@ fn lit(normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
 }
 
 // The colour of a fragment, sRGB. `facet` is the triangle's own normal on the viewer's side.
-fn colour(facet: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, front: bool, bad: bool) -> vec3<f32> {
+fn colour(
+    base: vec3<f32>,
+    facet: vec3<f32>,
+    normal: vec3<f32>,
+    view: vec3<f32>,
+    front: bool,
+    bad: bool,
+) -> vec3<f32> {
     let n = unit(normal);
     if frame.shade == 1u {
         return select(0.5 + 0.5 * n, vec3<f32>(0.0), bad);
@@ -122,9 +143,9 @@ fn colour(facet: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, front: bool, bad
         return vec3<f32>(0.45 + 0.45 * max(dot(facet, view), 0.0));
     }
     if bad {
-        return encode(lit(facet, view));
+        return encode(lit(base, facet, view));
     }
-    return encode(lit(select(n, -n, dot(n, facet) < 0.0), view));
+    return encode(lit(base, select(n, -n, dot(n, facet) < 0.0), view));
 }
 
 @fragment
@@ -135,7 +156,7 @@ fn mesh_fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(
     }
     let view = -unit(in.ray);
     let facet = select(across, -across, dot(across, view) < 0.0);
-    return vec4<f32>(colour(facet, in.normal, view, front, abs(in.marks.y) > 0.0), 1.0);
+    return vec4<f32>(colour(in.base, facet, in.normal, view, front, abs(in.marks.y) > 0.0), 1.0);
 }
 
 // Premultiplied.

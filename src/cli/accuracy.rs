@@ -1,7 +1,8 @@
 //! `isoforge accuracy`: how far meshes of several methods lie from the surface, and at what cost.
 
-use super::args::{AccuracyArgs, SourceArgs};
+use super::args::SourceArgs;
 use super::source::{self, Opened};
+use super::values::{RefineArg, cells, parameter, refine as refine_arg};
 use super::{Failure, backend, method, say, tell};
 use crate::accuracy::{Accuracy, measure};
 use crate::extract::{Options, Source, extract_on_cpu};
@@ -11,8 +12,37 @@ use crate::mesh::Mesh;
 use crate::octree;
 use crate::refine::{self, refine};
 use crate::sharp;
+use clap::Args;
 use serde::Serialize;
+use std::path::PathBuf;
 use std::time::Instant;
+
+#[derive(Debug, Args)]
+pub struct AccuracyArgs {
+    /// What is meshed: one or more sources as of `extract`, scenes for example
+    #[arg(required = true, value_name = "SOURCE")]
+    pub sources: Vec<String>,
+
+    /// The iso value [default: the source's own]
+    #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
+    pub iso: Option<f32>,
+
+    /// Cells along each axis: one number, or x,y,z [default: the scene's, or 128]
+    #[arg(short = 'n', long, value_name = "N", value_parser = cells, allow_hyphen_values = true)]
+    pub cells: Option<[u32; 3]>,
+
+    /// A parameter of every source; may be repeated
+    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parameter)]
+    pub parameters: Vec<(String, f64)>,
+
+    /// How triangles are split, as of `extract` [default: the scene's words]
+    #[arg(long, value_name = "flatness=0.95,epsilon=1e-4,depth=5,step=L", value_parser = refine_arg)]
+    pub refine: Option<RefineArg>,
+
+    /// Write one JSON array instead of tables; - for standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
 
 /// Cells along the longest axis from which on a finer uniform grid is not tried.
 const FINEST: u32 = 1024;

@@ -1,5 +1,9 @@
 //! The arguments of every command.
 
+use super::accuracy::AccuracyArgs;
+use super::colour::ColourArgs;
+use super::gallery::GalleryArgs;
+use super::mesh_tools::MeshToolsArgs;
 use super::values::{
     RefineArg, Size, Triple, bounds, byte_count, cells, degrees, dims, parameter, refine, size, triple,
 };
@@ -27,6 +31,8 @@ pub enum Command {
     Extract(Box<ExtractArgs>),
     /// Check a mesh file: is it closed, manifold, consistently wound; area, volume, genus
     Check(CheckArgs),
+    /// Weld, repair, smooth, simplify and reorder a mesh file, in the order of the numbers below, with a check after each step
+    MeshTools(Box<MeshToolsArgs>),
     /// List the adapters, their limits, and what isoforge will use
     Info,
     /// List the named fields with their formulas and parameters
@@ -205,6 +211,9 @@ pub struct ExtractArgs {
     pub quiet: bool,
 
     #[command(flatten)]
+    pub colour: ColourArgs,
+
+    #[command(flatten)]
     pub picture: PictureArgs,
 
     #[command(flatten)]
@@ -362,25 +371,6 @@ pub struct PictureArgs {
 }
 
 #[derive(Debug, Args)]
-pub struct GalleryArgs {
-    /// The picture to write
-    #[arg(short, long, value_name = "FILE.png")]
-    pub output: PathBuf,
-
-    /// Width and height of each field's picture in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 192, value_parser = clap::value_parser!(u32).range(32..=2048))]
-    pub cell: u32,
-
-    /// Pictures in a row
-    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=64))]
-    pub columns: u32,
-
-    /// Cells along each axis of each field's grid
-    #[arg(short = 'n', long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub cells: u32,
-}
-
-#[derive(Debug, Args)]
 pub struct CheckArgs {
     /// A mesh: .off .obj .ply .stl .glb
     pub file: PathBuf,
@@ -405,33 +395,6 @@ pub struct CompareArgs {
 
     #[command(flatten)]
     pub raw: RawArgs,
-}
-
-#[derive(Debug, Args)]
-pub struct AccuracyArgs {
-    /// What is meshed: one or more sources as of `extract`, scenes for example
-    #[arg(required = true, value_name = "SOURCE")]
-    pub sources: Vec<String>,
-
-    /// The iso value [default: the source's own]
-    #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
-    pub iso: Option<f32>,
-
-    /// Cells along each axis: one number, or x,y,z [default: the scene's, or 128]
-    #[arg(short = 'n', long, value_name = "N", value_parser = cells, allow_hyphen_values = true)]
-    pub cells: Option<[u32; 3]>,
-
-    /// A parameter of every source; may be repeated
-    #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parameter)]
-    pub parameters: Vec<(String, f64)>,
-
-    /// How triangles are split, as of `extract` [default: the scene's words]
-    #[arg(long, value_name = "flatness=0.95,epsilon=1e-4,depth=5,step=L", value_parser = refine)]
-    pub refine: Option<RefineArg>,
-
-    /// Write one JSON array instead of tables; - for standard output
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -1,6 +1,7 @@
 //! `isoforge extract`.
 
-use super::args::{Backend, ExtractArgs, MethodArg};
+use super::args::{Backend, ExtractArgs, MethodArg, RawArgs};
+use super::colour::{self, Painter};
 use super::progress::Progress;
 use super::source::{Loaded, Opened};
 use super::stats::{Seconds, Stats};
@@ -9,9 +10,11 @@ use super::{Failure, backend, method, picture, planes, source, tell};
 use crate::extract::{Capped, ExtractError, Extractor, Options, Report, Source, extract_on_cpu};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::grid::Grid;
-use crate::mesh::{Mesh, write};
+use crate::mesh::Mesh;
+use crate::mesh::write::{self, Extra};
 use crate::track::TrackError;
 use serde_json::Value;
+use std::borrow::Cow;
 use std::path::Path;
 use std::time::Instant;
 
@@ -29,6 +32,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let start = Instant::now();
     check_targets(args)?;
     method::check(args)?;
+    colour::check(args)?;
     let memory_budget = backend::memory_budget(args.run.memory_budget);
     picture::check_memory(args, args.run.backend == Backend::Gpu, memory_budget)?;
     let progress = Progress::new(args.quiet);
@@ -42,7 +46,10 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     if planes::run(args, memory_budget, &progress, &remark)? {
         return Ok(());
     }
-    let Opened { loaded, notes, camera, refine } = source::load(&args.source, &args.raw, memory_budget)?;
+    let none = RawArgs::default();
+    let raw = colour::raw_of_main(args).unwrap_or(&none);
+    let Opened { loaded, notes, camera, refine } = source::load(&args.source, raw, memory_budget)?;
+    let mut painter = Painter::load(args, memory_budget, &remark)?;
     let read = start.elapsed().as_secs_f64();
     notes.iter().for_each(|note| remark(note));
     let method = args.method.method.of_cells().unwrap_or_default();
@@ -90,20 +97,27 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         remark(&empty_message(args, &loaded, &options, &made));
     }
 
+    let coloured = match &mut painter {
+        Some(painter) => {
+            progress.phase("colouring");
+            Some(painter.begin(&*in_memory(&made)?, &remark)?)
+        }
+        None => None,
+    };
     let is_volume = matches!(loaded, Loaded::Volume { .. });
     drop(capped);
     drop(loaded);
     if let Some(path) = &args.png {
         progress.phase("drawing");
         match &made {
-            Made::Gpu(made) if picture::crease(args).is_none() => {
-                picture::draw_gpu(made.0.gpu(), &made.1, args, &camera, path)?;
+            Made::Gpu(on_gpu) if picture::crease(args).is_none() => {
+                let coloured = painter.as_ref().map(|p| p.paint(&*in_memory(&made)?)).transpose()?;
+                picture::draw_gpu(on_gpu.0.gpu(), &on_gpu.1, coloured.as_ref(), args, &camera, path)?;
             }
-            Made::Gpu(made) => {
-                let mesh = made.1.read(made.0.gpu()).map_err(Failure::run)?;
-                picture::draw_cpu(&mesh, args, &camera, path)?;
+            made => {
+                let (mesh, crease) = (in_memory(made)?, picture::crease(args));
+                picture::draw_cpu(&mesh, painter.as_ref(), &args.picture, crease, &camera, path)?;
             }
-            Made::Cpu(mesh) => picture::draw_cpu(mesh, args, &camera, path)?,
         }
     }
     let mut seconds = Seconds::of(&report);
@@ -127,7 +141,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         Made::Gpu(_) => None,
         Made::Cpu(mesh) => Some(mesh),
     };
-    let finished = finish(args, mesh, &grid, &mut seconds, &progress)?;
+    let finished = finish(args, mesh, &grid, painter.as_ref(), &mut seconds, &progress)?;
     drop(progress);
 
     seconds.total = start.elapsed().as_secs_f64();
@@ -149,11 +163,20 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
             scratch_bytes: report.scratch_bytes,
             method: told,
             refined,
+            coloured,
             seconds,
         };
         super::write_text(&serde_json::to_string(&stats).map_err(Failure::run)?, path)?;
     }
     Ok(())
+}
+
+/// The mesh in main memory.
+fn in_memory(made: &Made) -> Result<Cow<'_, Mesh>, Failure> {
+    match made {
+        Made::Cpu(mesh) => Ok(Cow::Borrowed(mesh)),
+        Made::Gpu(made) => made.1.read(made.0.gpu()).map(Cow::Owned).map_err(Failure::run),
+    }
 }
 
 /// Whether the mesh leaves the GPU: one that is only drawn, or counted, does not.
@@ -311,6 +334,7 @@ fn finish(
     args: &ExtractArgs,
     mesh: Option<Mesh>,
     grid: &Grid,
+    painter: Option<&Painter>,
     seconds: &mut Seconds,
     progress: &Progress,
 ) -> Result<Finished, Failure> {
@@ -331,7 +355,9 @@ fn finish(
     if let Some(path) = &args.output {
         progress.phase("writing");
         let since = Instant::now();
-        write::write(&mesh, path).map_err(Failure::run)?;
+        let coloured = painter.map(|painter| painter.paint(&mesh)).transpose()?;
+        let extra = Extra { colours: coloured.as_ref(), strip: None };
+        write::write_with(&mesh, &extra, path).map_err(Failure::run)?;
         seconds.write = Some(since.elapsed().as_secs_f64());
     }
     Ok(Finished {

@@ -1,13 +1,33 @@
 //! `isoforge gallery`: a picture of every named field.
 
-use super::args::GalleryArgs;
 use super::{Failure, say};
 use crate::extract::{Options, Source, extract_on_cpu};
 use crate::field::named::{self, Definition, Named};
 use crate::grid::Grid;
 use crate::render::{self, Camera, LETTER, Style, View};
+use clap::Args;
 use glam::Vec3;
 use image::{Rgba, RgbaImage, imageops};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub struct GalleryArgs {
+    /// The picture to write
+    #[arg(short, long, value_name = "FILE.png")]
+    pub output: PathBuf,
+
+    /// Width and height of each field's picture in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 192, value_parser = clap::value_parser!(u32).range(32..=2048))]
+    pub cell: u32,
+
+    /// Pictures in a row
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub columns: u32,
+
+    /// Cells along each axis of each field's grid
+    #[arg(short = 'n', long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub cells: u32,
+}
 
 /// Pixels between the cells, and around a name.
 const GAP: u32 = 4;

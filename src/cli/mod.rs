@@ -8,10 +8,12 @@ mod backend;
 mod bench;
 mod blobs;
 mod check;
+mod colour;
 mod compare;
 mod extract;
 mod gallery;
 mod lists;
+mod mesh_tools;
 mod method;
 mod picture;
 mod planes;
@@ -60,6 +62,7 @@ pub fn run() -> i32 {
     let result = match &cli.command {
         Command::Extract(args) => extract::run(args),
         Command::Check(args) => check::run(args),
+        Command::MeshTools(args) => mesh_tools::run(args),
         Command::Info => lists::info(),
         Command::Fields => lists::fields(),
         Command::Nodes => lists::nodes(),

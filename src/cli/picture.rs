@@ -2,7 +2,9 @@
 
 use super::Failure;
 use super::args::{ExtractArgs, PictureArgs};
+use super::colour::Painter;
 use super::watchdog::{DRAWING, Watchdog};
+use crate::colour::Coloured;
 use crate::gpu::{Gpu, GpuMesh};
 use crate::mesh::Mesh;
 use crate::render::{self, Camera, Renderer, Style, View};
@@ -51,6 +53,7 @@ pub fn check_memory(args: &ExtractArgs, on_gpu: bool, budget: u64) -> Result<(),
 pub fn draw_gpu(
     gpu: &Gpu,
     mesh: &GpuMesh,
+    colours: Option<&Coloured>,
     args: &ExtractArgs,
     camera: &scene::Camera,
     path: &Path,
@@ -61,7 +64,11 @@ pub fn draw_gpu(
     let camera = Camera::fit(bounds, &view(args, camera)).map_err(Failure::run)?;
     let renderer = Renderer::new(gpu).map_err(Failure::run)?;
     watchdog.alive();
-    let image = renderer.render(mesh, &camera, &style(args)).map_err(Failure::run)?;
+    let image = match colours {
+        Some(coloured) => renderer.render_coloured(mesh, &coloured.colours, &camera, &style(args)),
+        None => renderer.render(mesh, &camera, &style(args)),
+    };
+    let image = image.map_err(Failure::run)?;
     drop(watchdog);
     render::save_png(image, path).map_err(Failure::run)
 }
@@ -76,15 +83,24 @@ pub fn crease(args: &ExtractArgs) -> Option<f32> {
 }
 
 /// Draws a mesh by the software rasteriser.
-pub fn draw_cpu(mesh: &Mesh, args: &ExtractArgs, camera: &scene::Camera, path: &Path) -> Result<(), Failure> {
+pub fn draw_cpu(
+    mesh: &Mesh,
+    painter: Option<&Painter>,
+    args: &PictureArgs,
+    crease: Option<f32>,
+    camera: &scene::Camera,
+    path: &Path,
+) -> Result<(), Failure> {
     // What has no area has no normal to tell edges by.
-    let split = crease(args).map(|degrees| {
+    let split = crease.map(|degrees| {
         let mut mesh = mesh.clone();
         mesh.remove_degenerate();
         mesh.split_creases(degrees)
     });
-    let (mesh, args) = (split.as_ref().unwrap_or(mesh), &args.picture);
+    let mesh = split.as_ref().unwrap_or(mesh);
+    let coloured = painter.map_or(Ok(Coloured::default()), |painter| painter.paint(mesh))?;
     let camera = Camera::fit(mesh.bounds(), &view(args, camera)).map_err(Failure::run)?;
-    let image = render::render_software(mesh, &camera, &style(args)).map_err(Failure::run)?;
+    let image = render::render_software_coloured(mesh, &coloured.colours, &camera, &style(args));
+    let image = image.map_err(Failure::run)?;
     render::save_png(image, path).map_err(Failure::run)
 }

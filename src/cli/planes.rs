@@ -100,6 +100,7 @@ pub fn run(
             scratch_bytes: report.scratch_bytes,
             method: Value::Null,
             refined: None,
+            coloured: None,
             seconds,
         };
         super::write_text(&serde_json::to_string(&stats).map_err(Failure::run)?, path)?;
@@ -114,6 +115,7 @@ fn obstacle(args: &ExtractArgs) -> Option<&'static str> {
     let obstacles = [
         (args.png.is_some(), "--png needs the whole mesh"),
         (args.no_degenerate, "--no-degenerate needs the whole mesh"),
+        (args.colour.color_by.is_some(), "--color-by needs the whole mesh"),
         (of.refine.is_some(), "--refine needs the whole mesh"),
         (of.cap, "--cap needs the whole volume"),
         (of.sharp, "--sharp needs the whole volume"),

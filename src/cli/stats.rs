@@ -30,6 +30,8 @@ pub struct Stats<'a> {
     pub method: Value,
     /// What --refine tells.
     pub refined: Option<Value>,
+    /// What --color-by tells.
+    pub coloured: Option<Value>,
     pub seconds: Seconds,
 }
 

@@ -1,6 +1,7 @@
 //! Values of flags, from text.
 
 use crate::grid::MAX_CELLS;
+use crate::mesh::Least;
 use crate::scene;
 use glam::Vec3;
 use std::str::FromStr;
@@ -67,6 +68,32 @@ pub fn refine(text: &str) -> Result<RefineArg, String> {
         }
     }
     Ok(RefineArg(refine))
+}
+
+pub fn range(text: &str) -> Result<[f32; 2], String> {
+    let range: Option<[f32; 2]> = list(text, ',');
+    let good = range.filter(|[low, high]| low.is_finite() && high.is_finite() && low <= high);
+    good.ok_or_else(|| "give two finite numbers with a comma, the lower one first".into())
+}
+
+pub fn least(text: &str) -> Result<Least, String> {
+    let part = |value: &str| value.parse().ok().filter(|part| (0.0..=1.0).contains(part));
+    let least = match text.split_once('=') {
+        Some(("area", value)) => part(value).map(Least::Area),
+        Some(("volume", value)) => part(value).map(Least::Volume),
+        Some(_) => None,
+        None => text.parse().ok().map(Least::Triangles),
+    };
+    least.ok_or_else(|| {
+        "give a number of triangles, or area=PART or volume=PART with a part of the largest from 0 to 1"
+            .into()
+    })
+}
+
+/// A length in world units.
+pub fn length(text: &str) -> Result<f32, String> {
+    let length = text.trim().parse().ok().filter(|length: &f32| length.is_finite() && *length >= 0.0);
+    length.ok_or_else(|| "give a finite length of zero or more, in world units".into())
 }
 
 pub fn degrees(text: &str) -> Result<f32, String> {

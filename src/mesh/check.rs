@@ -111,6 +111,7 @@ pub fn check(mesh: &Mesh) -> Report {
         unused_vertices: unused(mesh),
         bad_indices,
         non_finite_vertices,
+        boundary_loops: loops(mesh.vertices.len(), around.iter().flat_map(|a| &a.border)),
         defects: Vec::new(),
     };
     if report.is_closed_manifold() {
@@ -126,6 +127,33 @@ pub fn check(mesh: &Mesh) -> Report {
     });
     report.defects = places;
     report
+}
+
+/// The vertices of duplicate triangles, of edges that are not manifold or not wound alike, and those whose triangles are not
+/// one fan or cycle: a vertex may be there several times.
+#[cfg(feature = "meshopt")]
+pub(super) fn faulty_vertices(mesh: &Mesh) -> Vec<u32> {
+    let rings = Rings::of(mesh);
+    let chunks = (0..mesh.vertices.len().div_ceil(CHUNK)).into_par_iter();
+    chunks.flat_map_iter(|chunk| Around::of(mesh, &rings, chunk * CHUNK).faulty).collect()
+}
+
+/// The connected pieces of a border.
+fn loops<'a>(vertices: usize, border: impl Iterator<Item = &'a [u32; 2]>) -> usize {
+    let mut parent: Vec<u32> = Vec::new();
+    let mut is_on = Vec::new();
+    let mut pieces = 0;
+    for &[a, b] in border {
+        if parent.is_empty() {
+            parent = (0..vertices as u32).collect();
+            is_on = vec![false; vertices];
+        }
+        for v in [a, b] {
+            pieces += usize::from(!std::mem::replace(&mut is_on[v as usize], true));
+        }
+        pieces -= usize::from(join(&mut parent, a, b));
+    }
+    pieces
 }
 
 /// Vertices that no triangle names.
@@ -253,6 +281,10 @@ struct Around {
     misoriented: usize,
     duplicates: usize,
     pinched: usize,
+    /// The ends of each boundary edge.
+    border: Vec<[u32; 2]>,
+    /// Vertices of whatever else is wrong.
+    faulty: Vec<u32>,
     places: Places,
 }
 
@@ -312,6 +344,7 @@ impl Around {
         if fans > 1 || crowded {
             let some: Vec<usize> = ring.iter().take(8).map(|&t| t as usize).collect();
             let kind = DefectKind::NonManifoldVertex;
+            self.faulty.push(v);
             self.places.note(self.pinched, || place(mesh, kind, &[v], &some));
             self.pinched += 1;
         }
@@ -320,6 +353,7 @@ impl Around {
             if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
                 let (again, kind) = (pair[1].2 as usize, DefectKind::DuplicateTriangle);
                 let doubled = mesh.triangles[again];
+                self.faulty.extend(doubled);
                 self.places
                     .note(self.duplicates, || place(mesh, kind, &doubled, &[pair[0].2 as usize, again]));
                 self.duplicates += 1;
@@ -329,12 +363,18 @@ impl Around {
 
     fn edge(&mut self, mesh: &Mesh, v: u32, edge: &[(u32, u32)], ring: &[u32]) {
         self.edges += 1;
+        if edge.len() == 1 {
+            self.border.push([v, edge[0].0]);
+        }
         let (count, kind) = match edge {
             [_] => (&mut self.boundary, DefectKind::BoundaryEdge),
             [a, b] if a.1 % 2 == b.1 % 2 => (&mut self.misoriented, DefectKind::MisorientedEdge),
             [_, _] => return,
             _ => (&mut self.crowded, DefectKind::NonManifoldEdge),
         };
+        if edge.len() > 1 {
+            self.faulty.extend([v, edge[0].0]);
+        }
         let at = || edge.iter().take(8).map(|&(_, i)| ring[i as usize / 2] as usize).collect::<Vec<_>>();
         self.places.note(*count, || place(mesh, kind, &[v, edge[0].0], &at()));
         *count += 1;

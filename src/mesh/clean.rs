@@ -1,11 +1,11 @@
-//! Removing the triangles that marching cubes leaves where a sample equals the iso value.
+//! Removing the triangles that marching cubes leaves where a sample equals the iso value, and those that mean nothing.
 
 use rayon::prelude::*;
 
 use super::check::{is_degenerate, join, root, unused};
 use super::{Mesh, stitch};
 
-/// What [`Mesh::remove_degenerate`] took away.
+/// What was taken away.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Removed {
     /// Triangles fewer than before.
@@ -73,6 +73,35 @@ impl Mesh {
         Removed {
             triangles: before.0 - self.triangles.len(),
             vertices: before.1.saturating_sub(self.vertices.len()),
+        }
+    }
+
+    /// Removes triangles that name a vertex that does not exist, or one that is NaN or infinite, and then the vertices that
+    /// no triangle is left of.
+    pub fn remove_broken(&mut self) -> Removed {
+        let before = (self.triangles.len(), self.vertices.len());
+        let vertices = &self.vertices;
+        let is_good = |&v: &u32| vertices.get(v as usize).is_some_and(|v| v.at().is_finite());
+        self.triangles.retain(|t| t.iter().all(is_good));
+        self.drop_unused();
+        Removed { triangles: before.0 - self.triangles.len(), vertices: before.1 - self.vertices.len() }
+    }
+
+    /// Removes the vertices that no triangle names; the others keep their order.
+    pub(super) fn drop_unused(&mut self) {
+        let mut number = vec![u32::MAX; self.vertices.len()];
+        for &v in self.triangles.as_flattened() {
+            if let Some(number) = number.get_mut(v as usize) {
+                *number = 0;
+            }
+        }
+        for (next, number) in (0..).zip(number.iter_mut().filter(|number| **number == 0)) {
+            *number = next;
+        }
+        let mut used = number.iter().map(|&number| number != u32::MAX);
+        self.vertices.retain(|_| used.next() == Some(true));
+        for v in self.triangles.as_flattened_mut() {
+            *v = number.get(*v as usize).copied().unwrap_or(u32::MAX);
         }
     }
 }

@@ -5,12 +5,27 @@ use glam::Vec3;
 mod border;
 pub mod check;
 pub mod clean;
+mod components;
 mod crease;
+mod order;
 pub mod read;
+mod repair;
 mod report;
+#[cfg(feature = "meshopt")]
+mod simplify;
+mod smooth;
 mod stitch;
+mod strip;
 mod weld;
 pub mod write;
+
+pub use components::{Component, Components, Least};
+pub use repair::Repaired;
+#[cfg(feature = "meshopt")]
+pub use simplify::{Budget, Unfit};
+pub use smooth::{SmoothError, Taubin};
+pub use strip::triangles_of_strip;
+pub use weld::WeldError;
 
 /// A vertex as it lies in GPU buffers and in [`Mesh::vertices`]: 24 bytes, no padding.
 #[repr(C)]

@@ -117,6 +117,8 @@ pub struct Report {
     pub bad_indices: usize,
     /// Vertices with a NaN or infinite position.
     pub non_finite_vertices: usize,
+    /// Connected pieces of the boundary edges: as many as there are holes, where no two of them touch.
+    pub boundary_loops: usize,
     /// The first [`PLACES`] places of each kind of defect, kind by kind, in mesh order.
     pub defects: Vec<Defect>,
 }
@@ -161,6 +163,7 @@ impl fmt::Display for Report {
         for (name, count) in self.counts() {
             row(name, count.to_string())?;
         }
+        row("boundary loops", self.boundary_loops.to_string())?;
         row("components", self.components.to_string())?;
         row("Euler number", self.euler.to_string())?;
         row("genus", self.genus.map_or("none (not a closed manifold)".into(), |g| g.to_string()))?;

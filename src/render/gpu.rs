@@ -1,6 +1,6 @@
 //! Draws a mesh from its GPU buffers.
 
-use super::shade::{Frame, SLOPE_BIAS};
+use super::shade::{Frame, SLOPE_BIAS, base};
 use super::style::unmultiply;
 use super::wire::Wire;
 use super::{Camera, RenderError, Style};
@@ -13,6 +13,16 @@ const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Copies from textures want rows that start at multiples of this.
 const ROW: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 
+/// The vertex shaders of surfaces: without and with a colour a vertex.
+const NEUTRAL: &str = "mesh_vertex";
+const COLOURED: &str = "coloured_vertex";
+/// The colours, in linear light.
+const COLOUR_LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+    array_stride: size_of::<[f32; 3]>() as u64,
+    step_mode: wgpu::VertexStepMode::Vertex,
+    attributes: &wgpu::vertex_attr_array![2 => Float32x3],
+};
+
 /// Draws meshes into pictures; holds the pipelines, so make one and use it for many pictures.
 #[derive(Debug)]
 pub struct Renderer {
@@ -22,6 +32,8 @@ pub struct Renderer {
     mesh: wgpu::RenderPipeline,
     /// As `mesh`, but pushed back a little, under lines.
     mesh_behind: wgpu::RenderPipeline,
+    /// The same two, with a colour a vertex.
+    coloured: [wgpu::RenderPipeline; 2],
     lines: wgpu::RenderPipeline,
     wire: Wire,
 }
@@ -77,12 +89,13 @@ impl Renderer {
                 immediate_size: 0,
             });
             let pipelines = Plan { device, layout: &pipeline_layout, module: &module, samples };
-            let mesh = pipelines.mesh(0.0);
-            let mesh_behind = pipelines.mesh(SLOPE_BIAS);
-            (mesh, mesh_behind, pipelines.lines(), layout)
+            let mesh = pipelines.mesh(NEUTRAL, 0.0);
+            let mesh_behind = pipelines.mesh(NEUTRAL, SLOPE_BIAS);
+            let coloured = [0.0, SLOPE_BIAS].map(|bias| pipelines.mesh(COLOURED, bias));
+            (mesh, mesh_behind, coloured, pipelines.lines(), layout)
         })?;
-        let (mesh, mesh_behind, lines, layout) = made;
-        Ok(Self { gpu: gpu.clone(), samples, layout, mesh, mesh_behind, lines, wire })
+        let (mesh, mesh_behind, coloured, lines, layout) = made;
+        Ok(Self { gpu: gpu.clone(), samples, layout, mesh, mesh_behind, coloured, lines, wire })
     }
 
     /// Samples a pixel: 4, or 1 on an adapter that cannot do 4.
@@ -96,6 +109,36 @@ impl Renderer {
     /// # Errors
     /// [`RenderError::TooLargeForAdapter`], [`RenderError::Gpu`].
     pub fn render(&self, mesh: &GpuMesh, camera: &Camera, style: &Style) -> Result<RgbaImage, RenderError> {
+        self.draw(mesh, None, camera, style)
+    }
+
+    /// As [`Renderer::render`], of a material with a colour (sRGB) for each vertex, in the order of `mesh`; vertices beyond
+    /// the last colour are neutral. Only [`Shade::Lit`](super::Shade::Lit) shows them.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_coloured(
+        &self,
+        mesh: &GpuMesh,
+        colours: &[[u8; 3]],
+        camera: &Camera,
+        style: &Style,
+    ) -> Result<RgbaImage, RenderError> {
+        let bases: Vec<[f32; 3]> =
+            (0..mesh.vertex_capacity.max(1) as usize).map(|i| base(colours, i).to_array()).collect();
+        let usage = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST;
+        let buffer = self.gpu.buffer("vertex colours", size_of_val(&bases[..]) as u64, usage)?;
+        self.gpu.write(&buffer, bytemuck::cast_slice(&bases))?;
+        self.draw(mesh, Some(&buffer), camera, style)
+    }
+
+    fn draw(
+        &self,
+        mesh: &GpuMesh,
+        colours: Option<&wgpu::Buffer>,
+        camera: &Camera,
+        style: &Style,
+    ) -> Result<RgbaImage, RenderError> {
         let [width, height] = camera.size;
         let limits = self.gpu.device.limits();
         let row = (width * 4).next_multiple_of(ROW);
@@ -120,7 +163,14 @@ impl Renderer {
             {
                 let mut pass = targets.begin(&mut encoder, Some(style.clear()));
                 pass.set_bind_group(0, &bind_group, &[]);
-                pass.set_pipeline(if wire.is_some() { &self.mesh_behind } else { &self.mesh });
+                let [plain, behind] = match colours {
+                    Some(colours) => {
+                        pass.set_vertex_buffer(1, colours.slice(..));
+                        self.coloured.each_ref()
+                    }
+                    None => [&self.mesh, &self.mesh_behind],
+                };
+                pass.set_pipeline(if wire.is_some() { behind } else { plain });
                 mesh.draw(&mut pass);
             }
             if let Some(wire) = &wire {
@@ -230,7 +280,7 @@ struct Plan<'a> {
 }
 
 impl Plan<'_> {
-    fn mesh(&self, slope_scale: f32) -> wgpu::RenderPipeline {
+    fn mesh(&self, vertex: &str, slope_scale: f32) -> wgpu::RenderPipeline {
         let depth = wgpu::DepthStencilState {
             format: DEPTH,
             depth_write_enabled: Some(true),
@@ -240,7 +290,7 @@ impl Plan<'_> {
             bias: wgpu::DepthBiasState { constant: 0, slope_scale, clamp: 0.0 },
         };
         let topology = wgpu::PrimitiveTopology::TriangleList;
-        self.pipeline(["mesh_vertex", "mesh_fragment"], topology, depth, None)
+        self.pipeline([vertex, "mesh_fragment"], topology, depth, None)
     }
 
     fn lines(&self) -> wgpu::RenderPipeline {
@@ -263,6 +313,8 @@ impl Plan<'_> {
         depth: wgpu::DepthStencilState,
         blend: Option<wgpu::BlendState>,
     ) -> wgpu::RenderPipeline {
+        let of_mesh = [Some(GpuMesh::VERTEX_LAYOUT)];
+        let with_colours = [Some(GpuMesh::VERTEX_LAYOUT), Some(COLOUR_LAYOUT)];
         self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(vertex),
             layout: Some(self.layout),
@@ -270,7 +322,7 @@ impl Plan<'_> {
                 module: self.module,
                 entry_point: Some(vertex),
                 compilation_options: Default::default(),
-                buffers: &[Some(GpuMesh::VERTEX_LAYOUT)],
+                buffers: if vertex == COLOURED { &with_colours } else { &of_mesh },
             },
             primitive: wgpu::PrimitiveState {
                 topology,

@@ -26,5 +26,5 @@ pub use error::RenderError;
 pub use gpu::Renderer;
 pub use label::{LETTER, label};
 pub use output::{check_target, save_png};
-pub use software::render_software;
+pub use software::{render_software, render_software_coloured};
 pub use style::{BAD_NORMAL, BEHIND, Shade, Style, WRONG_NORMAL};

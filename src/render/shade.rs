@@ -1,6 +1,7 @@
 //! The twin of `shaders/render/mesh.wgsl`: the same functions, operation for operation.
 
 use super::{Camera, Shade, Style};
+use crate::colour::linear;
 use glam::{Mat4, Vec3, Vec4};
 
 /// The shader's uniform `Frame`.
@@ -31,9 +32,13 @@ pub(super) struct Varyings {
     pub clip: Vec4,
     pub ray: Vec3,
     pub normal: Vec3,
+    pub base: Vec3,
     pub lost: bool,
     pub bad: bool,
 }
+
+/// The neutral material, in linear light.
+pub(super) const NEUTRAL: Vec3 = Vec3::new(0.42, 0.46, 0.53);
 
 const FAR_BITS: u32 = 0x4974_2400;
 const INFINITY_BITS: u32 = 0x7f80_0000;
@@ -60,6 +65,15 @@ fn encode(linear: Vec3) -> Vec3 {
     Vec3::new(encode_channel(linear.x), encode_channel(linear.y), encode_channel(linear.z))
 }
 
+/// What a colour of 1 reflects: more, and the key light would bleach it.
+const WHITE: f32 = 0.62;
+
+/// The material of vertex `i`, in linear light.
+#[inline]
+pub(super) fn base(colours: &[[u8; 3]], i: usize) -> Vec3 {
+    colours.get(i).map_or(NEUTRAL, |colour| WHITE * Vec3::from(colour.map(linear)))
+}
+
 impl Frame {
     pub fn new(camera: &Camera, style: &Style) -> Self {
         let (key, fill) = camera.lights();
@@ -75,7 +89,7 @@ impl Frame {
     }
 
     #[inline]
-    pub fn vertex(&self, position: Vec3, normal: Vec3) -> Varyings {
+    pub fn vertex(&self, position: Vec3, normal: Vec3, base: Vec3) -> Varyings {
         let ray = (position - self.eye) * self.scale;
         let lost = reaches(ray, FAR_BITS);
         let bad = reaches(normal, INFINITY_BITS) || normal.dot(normal) == 0.0;
@@ -83,14 +97,14 @@ impl Frame {
             clip: if lost { Vec4::W } else { self.clip * ray.extend(1.0) },
             ray: if lost { Vec3::ZERO } else { ray },
             normal: if bad { Vec3::ZERO } else { normal },
+            base,
             lost,
             bad,
         }
     }
 
     #[inline]
-    fn lit(&self, normal: Vec3, view: Vec3) -> Vec3 {
-        let base = Vec3::new(0.42, 0.46, 0.53);
+    fn lit(&self, base: Vec3, normal: Vec3, view: Vec3) -> Vec3 {
         let ground = Vec3::new(0.15, 0.14, 0.14);
         let sky = Vec3::new(0.34, 0.38, 0.45);
         let key_light = Vec3::new(1.30, 1.24, 1.15);
@@ -110,7 +124,7 @@ impl Frame {
     }
 
     #[inline]
-    pub fn colour(&self, facet: Vec3, normal: Vec3, view: Vec3, front: bool, bad: bool) -> Vec3 {
+    pub fn colour(&self, base: Vec3, facet: Vec3, normal: Vec3, view: Vec3, front: bool, bad: bool) -> Vec3 {
         let n = unit(normal);
         if self.shade == Shade::Normals as u32 {
             return if bad { Vec3::ZERO } else { 0.5 + 0.5 * n };
@@ -128,8 +142,8 @@ impl Frame {
             return Vec3::splat(0.45 + 0.45 * facet.dot(view).max(0.0));
         }
         if bad {
-            return encode(self.lit(facet, view));
+            return encode(self.lit(base, facet, view));
         }
-        encode(self.lit(if n.dot(facet) < 0.0 { -n } else { n }, view))
+        encode(self.lit(base, if n.dot(facet) < 0.0 { -n } else { n }, view))
     }
 }

@@ -7,7 +7,8 @@
 //! such a run of slices joins is joined within it (a tunnel) if that quadratic has both of its roots there.
 //! Practice: signs are those of the inside test, magnitudes |sample − iso|; all products are compared exactly, in whole
 //! numbers, so that every driver decides the same and both cells of a face do. A sample equal to iso is outside by the
-//! least number there is; one that is not finite, by the largest.
+//! least number there is; one that is not finite, by the largest. The interpolant meant is that of the differences as `f32` has them; what
+//! of a cell's differences is less than 2⁻²⁹ of the largest does not count for tunnels (for faces it does).
 
 use super::inside::Inside;
 use super::samples::Samples;

@@ -22,11 +22,14 @@ pub const MAX_CENTRES: u32 = 2;
 /// The number of the first centre among the corners of triangles.
 pub const FIRST_CENTRE: u32 = 12;
 
-/// Where the words of ambiguous cases begin, behind the marching cubes table.
+/// Where the two words a case begin, behind the marching cubes table: those of that table, or [`UNDECIDED`] and in the second the
+/// ambiguous faces in bits 0–5, and the case's first row.
 const CASES: usize = 512;
+/// In place of the number of triangles, where the corners do not decide.
+const UNDECIDED: u32 = 15;
 /// Where the rows begin: three for each decision of a case's faces, for no tunnel, for one that joins inside corners, and
 /// for one that joins outside corners.
-const ROWS: usize = CASES + 256;
+const ROWS: usize = CASES + 512;
 
 /// How the interpolant joins corners through the middle of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,14 +104,15 @@ impl Mc33 {
                 cases.entry(case.parse().expect("a case")).or_insert_with(|| (ambiguous, BTreeMap::new()));
             of_case.1.entry(decided).or_default()[tunnel.expect("a tunnel")] = entry;
         }
-        let mut words: Vec<u32> = cubes.words().iter().flatten().copied().collect();
-        words.resize(ROWS, 0);
+        let cubes: Vec<u32> = cubes.words().iter().flatten().copied().collect();
+        let mut words = [&cubes[..], &cubes[..]].concat();
         let rows: usize = cases.values().map(|(_, decided)| 3 * decided.len()).sum();
         words.resize(ROWS + rows, 0);
         let mut row = ROWS;
         for (case, (ambiguous, decided)) in cases {
             assert_eq!(decided.len(), 1 << ambiguous.count_ones(), "every decision has a row");
-            words[CASES + usize::from(case)] = ambiguous | (row as u32) << 6;
+            let at = CASES + 2 * usize::from(case);
+            (words[at], words[at + 1]) = (UNDECIDED, ambiguous | (row as u32) << 6);
             for entry in decided.into_values().flatten() {
                 if !entry.is_empty() {
                     words[row] = words.len() as u32;
@@ -120,8 +124,7 @@ impl Mc33 {
         Self { words }
     }
 
-    /// The words as the GPU gets them: the marching cubes table, a word a case (0 where that table is right; else the
-    /// ambiguous faces in bits 0–5, and the case's first row), rows, and entries.
+    /// The words as the GPU gets them: the marching cubes table, the two words a case, rows, and entries.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
@@ -129,7 +132,7 @@ impl Mc33 {
     /// Whether the corners alone decide a case, so that the marching cubes table is right.
     #[inline(always)]
     pub fn is_decided(&self, case: u8) -> bool {
-        self.words[CASES + usize::from(case)] == 0
+        self.words[CASES + 2 * usize::from(case)] & 15 != UNDECIDED
     }
 
     /// The entry of a case that is not decided, once `joined` has said of each ambiguous face whether its inside
@@ -140,7 +143,7 @@ impl Mc33 {
         joined: impl Fn(usize) -> bool,
         tunnel: impl FnOnce(u32) -> Tunnel,
     ) -> Entry<'_> {
-        let word = self.words[CASES + usize::from(case)];
+        let word = self.words[CASES + 2 * usize::from(case) + 1];
         let (mut number, mut faces) = (0, 0);
         for face in (0..6).filter(|face| word >> face & 1 == 1) {
             let joined = u32::from(joined(face));

@@ -84,6 +84,35 @@ fn both_backends_draw_the_same() {
 }
 
 #[test]
+fn both_backends_draw_the_same_colours() {
+    let both = Both::new();
+    let mesh = torus(48);
+    let colours: Vec<[u8; 3]> =
+        mesh.vertices.iter().map(|v| v.position.map(|x| ((x + 1.5) / 3.0 * 255.0) as u8)).collect();
+    let camera = camera(&mesh, 30.0, 25.0);
+    for wireframe in [false, true] {
+        let style = Style { wireframe, ..Style::default() };
+        let software = render_software_coloured(&mesh, &colours, &camera, &style).unwrap();
+        let plain = render_software(&mesh, &camera, &style).unwrap();
+        assert!(difference(&software, &plain).mean > 2.0);
+        // Without any colour, and where there are too few, it is the plain one.
+        assert!(render_software_coloured(&mesh, &[], &camera, &style).unwrap() == plain);
+        let Some((gpu, renderer)) = &both.gpu else { continue };
+        let on_gpu = GpuMesh::upload(gpu, &mesh).unwrap();
+        let drawn = renderer.render_coloured(&on_gpu, &colours, &camera, &style).unwrap();
+        let d = difference(&software, &drawn);
+        println!("colours: {d:?}");
+        let (mean, far) = if wireframe { LINES } else { SURFACE };
+        assert!(d.mean < mean && d.far < far, "{style:?}: {d:?}");
+        let few = renderer.render_coloured(&on_gpu, &colours[..0], &camera, &style).unwrap();
+        assert!(few == renderer.render(&on_gpu, &camera, &style).unwrap());
+    }
+    // Only lit surfaces show them.
+    let normals = render_software_coloured(&mesh, &colours, &camera, &shaded(Shade::Normals)).unwrap();
+    assert!(normals == render_software(&mesh, &camera, &shaded(Shade::Normals)).unwrap());
+}
+
+#[test]
 fn four_samples_smooth_the_rim() {
     let mesh = sphere(24);
     let style = Style { shade: Shade::Debug, background: [0, 0, 0, 255], ..Style::default() };

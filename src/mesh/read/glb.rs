@@ -8,7 +8,7 @@ use gltf::mesh::Mode;
 use gltf::{Accessor, Document, Gltf, Node, Primitive, Semantic};
 
 use super::{Fault, fan};
-use crate::mesh::{Mesh, Vertex};
+use crate::mesh::{Mesh, Vertex, triangles_of_strip};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
     let word = |at: usize| bytes.get(at..at + 4).map(|w| w.iter().rev().fold(0, |n, &b| n << 8 | b as usize));
@@ -114,13 +114,7 @@ fn append(mesh: &mut Mesh, primitive: &Primitive, matrix: Mat4, blob: &[u8]) -> 
     let first = mesh.triangles.len();
     match primitive.mode() {
         Mode::TriangleFan => fan(&mut mesh.triangles, &indices),
-        // Every second triangle of a strip is wound the other way.
-        Mode::TriangleStrip => mesh.triangles.extend(
-            indices
-                .windows(3)
-                .enumerate()
-                .map(|(i, t)| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] }),
-        ),
+        Mode::TriangleStrip => mesh.triangles.extend(triangles_of_strip(&indices)),
         _ => mesh.triangles.extend(indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]])),
     }
     let mirrored = matrix.determinant() < 0.0;

@@ -94,7 +94,10 @@ impl Fault {
 
 /// Reads a mesh in the format that the ending of `path` stands for.
 ///
-/// * Polygons are cut into triangles as fans from their first corner; points and lines are left out.
+/// * Polygons are cut into triangles as fans from their first corner; points, lines and faces of fewer than three corners
+///   are left out, and so are triangles of a GLB strip that repeat a vertex.
+/// * Positions that are NaN or infinite are kept: [`check`](super::check) counts them, and
+///   [`remove_broken`](Mesh::remove_broken) removes what they spoil.
 /// * Normals are taken from the file where it has them, and zero elsewhere. An OBJ vertex with different
 ///   normals in different faces gets their normalised sum.
 /// * STL triangles are welded by position ([`Mesh::weld`]).
@@ -109,6 +112,7 @@ pub fn read(path: &Path) -> Result<Mesh, ReadError> {
     let format = found.ok_or_else(|| ReadError::UnknownEnding { path: path.into() })?;
     let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
     let mesh = match format {
+        _ if bytes.is_empty() => Err(Fault::new("the file is empty")),
         "off" => off::parse(&bytes),
         "obj" => obj::parse(&bytes),
         "ply" => ply::parse(&bytes),

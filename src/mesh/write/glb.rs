@@ -1,7 +1,7 @@
-//! Binary glTF 2.0: one scene, one node, one mesh of indexed triangles.
+//! Binary glTF 2.0: one scene, one node, one mesh of indexed triangles, or one triangle strip.
 //!
-//! Positions and normals are interleaved as they lie in memory. A mesh without triangles becomes a
-//! scene whose node has no mesh: glTF forbids empty accessors.
+//! Positions and normals are interleaved as they lie in memory; colours and values follow, each by themselves. A mesh
+//! without triangles becomes a scene whose node has no mesh: glTF forbids empty accessors.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -13,32 +13,57 @@ use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::{Checked, USize64};
 use gltf_json::{Accessor, Asset, Buffer, Index, Node, Root, Scene, Value};
 
-use super::{Mesh, Vertex, in_chunks, vertices_le};
+use super::{Extra, Mesh, Vertex, floats_le, in_chunks, vertices_le};
+use crate::colour::linear;
 
 const STRIDE: usize = size_of::<Vertex>();
+/// Bytes of a colour: four u16, the last opaque.
+const COLOUR: usize = 8;
 /// Room for the chunk headers and the JSON text, which grows by digits only.
 const OVERHEAD: u64 = 1 << 16;
 
 /// Whether the file's length fits the format's u32.
-pub(super) fn fits(mesh: &Mesh) -> Result<(), String> {
-    let bytes = binary_length(mesh) + OVERHEAD;
+pub(super) fn fits(mesh: &Mesh, extra: &Extra) -> Result<(), String> {
+    let bytes = Parts::of(mesh, extra).total() as u64 + OVERHEAD;
     if bytes <= u64::from(u32::MAX) {
         return Ok(());
     }
     Err(format!("GLB files end at 4 GiB, and the mesh takes {bytes} bytes"))
 }
 
-fn binary_length(mesh: &Mesh) -> u64 {
-    if mesh.triangles.is_empty() {
-        return 0;
-    }
-    (mesh.vertices.len() * STRIDE) as u64 + (mesh.triangles.len() * 12) as u64
+/// Bytes of each part of the buffer, in its order.
+struct Parts {
+    vertices: usize,
+    colours: usize,
+    values: usize,
+    indices: usize,
 }
 
-pub(super) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
-    let mut json = gltf_json::serialize::to_vec(&root(mesh)).map_err(io::Error::other)?;
+impl Parts {
+    fn of(mesh: &Mesh, extra: &Extra) -> Self {
+        if is_empty(mesh, extra) {
+            return Self { vertices: 0, colours: 0, values: 0, indices: 0 };
+        }
+        let vertices = mesh.vertices.len();
+        let coloured = if extra.colours.is_some() { vertices } else { 0 };
+        Self {
+            vertices: vertices * STRIDE,
+            colours: coloured * COLOUR,
+            values: coloured * 4,
+            indices: 4 * extra.strip.map_or(mesh.triangles.len() * 3, <[u32]>::len),
+        }
+    }
+
+    fn total(&self) -> usize {
+        self.vertices + self.colours + self.values + self.indices
+    }
+}
+
+pub(super) fn write(mesh: &Mesh, extra: &Extra, out: &mut impl Write) -> io::Result<()> {
+    let parts = Parts::of(mesh, extra);
+    let mut json = gltf_json::serialize::to_vec(&root(mesh, extra, &parts)).map_err(io::Error::other)?;
     json.resize(json.len().next_multiple_of(4), b' ');
-    let binary = binary_length(mesh);
+    let binary = parts.total() as u64;
     let chunks = 8 + json.len() as u64 + if binary > 0 { 8 + binary } else { 0 };
     // `fits` has seen to it that these are u32.
     let word = |out: &mut dyn Write, n: u64| out.write_all(&(n as u32).to_le_bytes());
@@ -54,13 +79,34 @@ pub(super) fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
     word(out, binary)?;
     out.write_all(b"BIN\0")?;
     vertices_le(out, &mesh.vertices)?;
-    in_chunks(out, &mesh.triangles, |buffer, triangle| {
-        triangle.iter().for_each(|v| buffer.extend_from_slice(&v.to_le_bytes()));
+    if let Some(coloured) = extra.colours {
+        let steps = f32::from(u16::MAX);
+        let linear: Vec<[u8; 2]> =
+            (0..=255).map(|byte| ((linear(byte) * steps).round() as u16).to_le_bytes()).collect();
+        in_chunks(out, &coloured.colours, |buffer, colour| {
+            colour.iter().for_each(|&byte| buffer.extend_from_slice(&linear[usize::from(byte)]));
+            buffer.extend_from_slice(&u16::MAX.to_le_bytes());
+            Ok(())
+        })?;
+        in_chunks(out, &coloured.values, |buffer, &value| floats_le(buffer, &[number(value)]))?;
+    }
+    let indices = extra.strip.unwrap_or(mesh.triangles.as_flattened());
+    in_chunks(out, indices, |buffer, v| {
+        buffer.extend_from_slice(&v.to_le_bytes());
         Ok(())
     })
 }
 
-fn root(mesh: &Mesh) -> Root {
+fn is_empty(mesh: &Mesh, extra: &Extra) -> bool {
+    extra.strip.map_or(mesh.triangles.is_empty(), <[u32]>::is_empty)
+}
+
+/// glTF has finite numbers alone.
+fn number(value: f32) -> f32 {
+    if value.is_finite() { value } else { 0.0 }
+}
+
+fn root(mesh: &Mesh, extra: &Extra, parts: &Parts) -> Root {
     let mut root = Root {
         asset: Asset {
             generator: Some(concat!("isoforge ", env!("CARGO_PKG_VERSION")).into()),
@@ -69,8 +115,8 @@ fn root(mesh: &Mesh) -> Root {
         ..Default::default()
     };
     let mut node = Node { name: Some("isosurface".into()), ..Default::default() };
-    if !mesh.triangles.is_empty() {
-        let primitives = vec![primitive(mesh, &mut root)];
+    if !is_empty(mesh, extra) {
+        let primitives = vec![primitive(mesh, extra, parts, &mut root)];
         node.mesh = Some(root.push(gltf_json::Mesh {
             extensions: None,
             extras: Default::default(),
@@ -85,47 +131,70 @@ fn root(mesh: &Mesh) -> Root {
     root
 }
 
-fn primitive(mesh: &Mesh, root: &mut Root) -> Primitive {
+fn primitive(mesh: &Mesh, extra: &Extra, parts: &Parts, root: &mut Root) -> Primitive {
     let buffer = root.push(Buffer {
-        byte_length: USize64(binary_length(mesh)),
+        byte_length: USize64::from(parts.total()),
         name: None,
         uri: None,
         extensions: None,
         extras: Default::default(),
     });
-    let split = mesh.vertices.len() * STRIDE;
-    let view = |offset: usize, length: usize, stride: Option<usize>, target: Target| View {
-        buffer,
-        byte_length: USize64::from(length),
-        byte_offset: Some(USize64::from(offset)),
-        byte_stride: stride.map(Stride),
-        name: None,
-        target: Some(Checked::Valid(target)),
-        extensions: None,
-        extras: Default::default(),
+    let mut offset = 0;
+    let mut view = |length: usize, stride: Option<usize>, target: Target| {
+        let view = View {
+            buffer,
+            byte_length: USize64::from(length),
+            byte_offset: Some(USize64::from(offset)),
+            byte_stride: stride.map(Stride),
+            name: None,
+            target: Some(Checked::Valid(target)),
+            extensions: None,
+            extras: Default::default(),
+        };
+        offset += length;
+        root.push(view)
     };
-    let vertices = root.push(view(0, split, Some(STRIDE), Target::ArrayBuffer));
-    let triangles = root.push(view(split, mesh.triangles.len() * 12, None, Target::ElementArrayBuffer));
+    let vertices = view(parts.vertices, Some(STRIDE), Target::ArrayBuffer);
+    let coloured = extra.colours.map(|coloured| {
+        let colours = view(parts.colours, Some(COLOUR), Target::ArrayBuffer);
+        (coloured, colours, view(parts.values, Some(4), Target::ArrayBuffer))
+    });
+    let indices = view(parts.indices, None, Target::ElementArrayBuffer);
 
+    let count = mesh.vertices.len();
     let mut attributes = BTreeMap::new();
     let (low, high) = mesh.bounds().unwrap_or_default();
-    let mut positions = accessor(vertices, 0, mesh.vertices.len(), ComponentType::F32, Type::Vec3);
+    let mut positions = accessor(vertices, 0, count, ComponentType::F32, Type::Vec3);
     positions.min = Some(corner(low));
     positions.max = Some(corner(high));
     attributes.insert(Checked::Valid(Semantic::Positions), root.push(positions));
     // glTF wants unit normals or none.
     if mesh.vertices.iter().any(|vertex| vertex.normal != [0.0; 3]) {
-        let normals = accessor(vertices, 12, mesh.vertices.len(), ComponentType::F32, Type::Vec3);
+        let normals = accessor(vertices, 12, count, ComponentType::F32, Type::Vec3);
         attributes.insert(Checked::Valid(Semantic::Normals), root.push(normals));
     }
-    let indices = accessor(triangles, 0, mesh.triangles.len() * 3, ComponentType::U32, Type::Scalar);
+    if let Some((coloured, colours, values)) = coloured {
+        let mut colours = accessor(colours, 0, count, ComponentType::U16, Type::Vec4);
+        colours.normalized = true;
+        attributes.insert(Checked::Valid(Semantic::Colors(0)), root.push(colours));
+        let mut values = accessor(values, 0, count, ComponentType::F32, Type::Scalar);
+        let ends = |(low, high): (f32, f32), value: &f32| (low.min(number(*value)), high.max(number(*value)));
+        let (low, high) = coloured.values.iter().fold((f32::MAX, f32::MIN), ends);
+        (values.min, values.max) = (Some(Value::from(vec![low])), Some(Value::from(vec![high])));
+        attributes.insert(Checked::Valid(Semantic::Extras("VALUE".into())), root.push(values));
+    }
+    let (mode, length) = match extra.strip {
+        Some(strip) => (Mode::TriangleStrip, strip.len()),
+        None => (Mode::Triangles, mesh.triangles.len() * 3),
+    };
+    let indices = accessor(indices, 0, length, ComponentType::U32, Type::Scalar);
     Primitive {
         attributes,
         extensions: None,
         extras: Default::default(),
         indices: Some(root.push(indices)),
         material: None,
-        mode: Checked::Valid(Mode::Triangles),
+        mode: Checked::Valid(mode),
         targets: None,
     }
 }

@@ -18,6 +18,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::atomic::{self, TargetError};
+use crate::colour::Coloured;
 use rayon::prelude::*;
 
 use super::{Mesh, Vertex};
@@ -55,6 +56,28 @@ pub enum WriteError {
     NotInParts {
         /// The path asked for.
         path: PathBuf,
+    },
+    /// A format that has no place for what a mesh has beside its triangles.
+    #[error("{}: the format has no place for {what}; name the file {endings}.", path.display())]
+    NoPlace {
+        /// The path asked for.
+        path: PathBuf,
+        /// What it cannot hold.
+        what: &'static str,
+        /// The endings of the formats that can.
+        endings: &'static str,
+    },
+    /// Not one value and one colour a vertex.
+    #[error("{}: {values} values and {colours} colours for {vertices} vertices; give one of each a vertex.", path.display())]
+    Colours {
+        /// The path asked for.
+        path: PathBuf,
+        /// How many values there are.
+        values: usize,
+        /// How many colours there are.
+        colours: usize,
+        /// How many vertices there are.
+        vertices: usize,
     },
     /// A triangle names a vertex that does not exist.
     #[error(
@@ -110,6 +133,27 @@ pub fn check_target(path: &Path) -> Result<(), WriteError> {
 ///
 /// [`WriteError`]; each message names the path and what to do.
 pub fn write(mesh: &Mesh, path: &Path) -> Result<u64, WriteError> {
+    write_with(mesh, &Extra::default(), path)
+}
+
+/// What a file holds beside positions, normals and triangles.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Extra<'a> {
+    /// A value and a colour a vertex, in two formats. `.ply`: `float value` (NaN where there is none) and `uchar red`,
+    /// `green`, `blue`. `.glb`: `_VALUE` (float; 0 where there is none, since glTF has no NaN) and `COLOR_0`, in linear light
+    /// as glTF wants it.
+    pub colours: Option<&'a Coloured>,
+    /// The triangles as one strip, written in their place: `.glb`, as a primitive of mode 5. See
+    /// [`triangles_of_strip`](super::triangles_of_strip).
+    pub strip: Option<&'a [u32]>,
+}
+
+/// As [`write()`], with more in the file.
+///
+/// # Errors
+///
+/// As [`write()`]; [`WriteError::NoPlace`], [`WriteError::Colours`].
+pub fn write_with(mesh: &Mesh, extra: &Extra, path: &Path) -> Result<u64, WriteError> {
     let format = ending(path).ok_or_else(|| WriteError::UnknownEnding { path: path.into() })?;
     let vertices = mesh.vertices.len();
     let bad = |t: &[u32; 3]| t.iter().any(|&v| v as usize >= vertices);
@@ -117,10 +161,26 @@ pub fn write(mesh: &Mesh, path: &Path) -> Result<u64, WriteError> {
         let vertex = mesh.triangles[triangle].into_iter().max().unwrap_or(0);
         return Err(WriteError::BadIndex { path: path.into(), triangle, vertex, vertices });
     }
+    if let Some(Coloured { values, colours }) = extra.colours
+        && [values.len(), colours.len()] != [vertices; 2]
+    {
+        let (values, colours) = (values.len(), colours.len());
+        return Err(WriteError::Colours { path: path.into(), values, colours, vertices });
+    }
+    let strip = extra.strip.unwrap_or_default();
+    if let Some(i) = strip.iter().position(|&v| v as usize >= vertices) {
+        let (triangle, vertex) = (i.saturating_sub(2), strip[i]);
+        return Err(WriteError::BadIndex { path: path.into(), triangle, vertex, vertices });
+    }
+    has_place(format, extra).map_err(|(what, endings)| WriteError::NoPlace {
+        path: path.into(),
+        what,
+        endings,
+    })?;
     let too_large = |what: String| WriteError::TooLarge { path: path.into(), what };
     match format {
         "stl" => stl::fits(mesh.triangles.len() as u64).map_err(too_large)?,
-        "glb" => glb::fits(mesh).map_err(too_large)?,
+        "glb" => glb::fits(mesh, extra).map_err(too_large)?,
         _ => {}
     }
 
@@ -129,14 +189,25 @@ pub fn write(mesh: &Mesh, path: &Path) -> Result<u64, WriteError> {
         match format {
             "off" => off::write(mesh, &mut out),
             "obj" => obj::write(mesh, &mut out),
-            "ply" => ply::write(mesh, &mut out),
+            "ply" => ply::write(mesh, extra.colours, &mut out),
             "stl" => stl::write(mesh, &mut out),
             "rib" => rib::write(mesh, &path.file_stem().unwrap_or_default().to_string_lossy(), &mut out),
-            _ => glb::write(mesh, &mut out),
+            _ => glb::write(mesh, extra, &mut out),
         }?;
         Ok(out.bytes)
     })?;
     Ok(bytes)
+}
+
+/// Whether a format can hold it; else what it cannot, and the endings of those that can.
+fn has_place(format: &str, extra: &Extra) -> Result<(), (&'static str, &'static str)> {
+    if extra.colours.is_some() && !["ply", "glb"].contains(&format) {
+        return Err(("colours", ".ply or .glb"));
+    }
+    if extra.strip.is_some() && format != "glb" {
+        return Err(("triangle strips", ".glb"));
+    }
+    Ok(())
 }
 
 struct Counted<W> {

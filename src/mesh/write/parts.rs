@@ -157,7 +157,7 @@ impl Reading<'_> {
         normals: Option<&dyn Normals>,
         out: &mut impl Write,
     ) -> io::Result<()> {
-        ply::header(out, vertices, triangles)?;
+        ply::header(out, [vertices, triangles], "")?;
         match normals {
             None => {
                 let mut piece = Vec::new();

@@ -20,6 +20,8 @@ pub struct Corner {
     pub inv_w: f32,
     pub ray: Vec3,
     pub normal: Vec3,
+    /// Colour of the material, in linear light.
+    pub base: Vec3,
 }
 
 /// A projected vertex.
@@ -58,11 +60,12 @@ impl Viewport {
         let y = (1.0 - v.clip.y * inv_w) * self.half.y;
         let fixed = |c: f32| (c * 256.0).round() as i32;
         let z = (v.clip.z * inv_w).clamp(0.0, 1.0);
-        Corner { x: fixed(x), y: fixed(y), z, inv_w, ray: v.ray, normal: v.normal }
+        Corner { x: fixed(x), y: fixed(y), z, inv_w, ray: v.ray, normal: v.normal, base: v.base }
     }
 }
 
-const NONE: Corner = Corner { x: 0, y: 0, z: 0.0, inv_w: 1.0, ray: Vec3::ZERO, normal: Vec3::ZERO };
+const NONE: Corner =
+    Corner { x: 0, y: 0, z: 0.0, inv_w: 1.0, ray: Vec3::ZERO, normal: Vec3::ZERO, base: Vec3::ZERO };
 
 /// A clip position is inside if its product with each of these is not negative: near, far, guard.
 const PLANES: [Vec4; 6] = [
@@ -81,6 +84,7 @@ fn cut(a: &Varyings, b: &Varyings, from: f32, to: f32) -> Varyings {
         clip: a.clip + (b.clip - a.clip) * t,
         ray: a.ray + (b.ray - a.ray) * t,
         normal: a.normal + (b.normal - a.normal) * t,
+        base: a.base + (b.base - a.base) * t,
         lost: false,
         bad: a.bad,
     }

@@ -9,7 +9,7 @@ mod corner;
 mod line;
 mod triangle;
 
-use super::shade::Frame;
+use super::shade::{Frame, base};
 use super::style::unmultiply;
 use super::{Camera, RenderError, Style};
 use crate::mesh::Mesh;
@@ -31,8 +31,26 @@ const SAMPLES: [[i32; 2]; 4] = [[96, 32], [224, 96], [32, 160], [160, 224]];
 /// # Errors
 /// None at present: sizes are checked by [`Camera::fit`].
 pub fn render_software(mesh: &Mesh, camera: &Camera, style: &Style) -> Result<RgbaImage, RenderError> {
+    draw(mesh, &[], camera, style)
+}
+
+/// As [`render_software`], of a material with a colour (sRGB) for each vertex; vertices beyond the last colour are neutral.
+/// Only [`super::Shade::Lit`] shows them.
+///
+/// # Errors
+/// As [`render_software`].
+pub fn render_software_coloured(
+    mesh: &Mesh,
+    colours: &[[u8; 3]],
+    camera: &Camera,
+    style: &Style,
+) -> Result<RgbaImage, RenderError> {
+    draw(mesh, colours, camera, style)
+}
+
+fn draw(mesh: &Mesh, colours: &[[u8; 3]], camera: &Camera, style: &Style) -> Result<RgbaImage, RenderError> {
     let [width, height] = camera.size;
-    let scene = Scene::new(mesh, camera, style);
+    let scene = Scene::new(mesh, colours, camera, style);
     let mut image = RgbaImage::new(width, height);
     let row_bytes = width as usize * 4;
     image.par_chunks_mut(row_bytes * ROWS as usize).enumerate().for_each_init(
@@ -50,6 +68,7 @@ pub fn render_software(mesh: &Mesh, camera: &Camera, style: &Style) -> Result<Rg
 /// The mesh, projected.
 struct Scene<'a> {
     mesh: &'a Mesh,
+    colours: &'a [[u8; 3]],
     frame: Frame,
     viewport: Viewport,
     wireframe: bool,
@@ -67,13 +86,16 @@ fn touches(range: [u16; 2], band: u16) -> bool {
 }
 
 impl<'a> Scene<'a> {
-    fn new(mesh: &'a Mesh, camera: &Camera, style: &Style) -> Self {
+    fn new(mesh: &'a Mesh, colours: &'a [[u8; 3]], camera: &Camera, style: &Style) -> Self {
         let frame = Frame::new(camera, style);
         let viewport = Viewport::new(camera.size);
-        let project = |v: &crate::mesh::Vertex| viewport.point(&frame.vertex(v.at(), v.normal.into()));
-        let corners = mesh.vertices.par_iter().map(project).collect();
+        let project = |(i, v): (usize, &crate::mesh::Vertex)| {
+            viewport.point(&frame.vertex(v.at(), v.normal.into(), base(colours, i)))
+        };
+        let corners = mesh.vertices.par_iter().enumerate().map(project).collect();
         let mut scene = Self {
             mesh,
+            colours,
             frame,
             viewport,
             wireframe: style.wireframe,
@@ -181,7 +203,7 @@ impl<'a> Scene<'a> {
     fn varyings(&self, triangle: &[u32; 3]) -> [super::shade::Varyings; 3] {
         triangle.map(|i| {
             let vertex = self.mesh.vertices.get(i as usize).copied().unwrap_or_default();
-            self.frame.vertex(vertex.at(), vertex.normal.into())
+            self.frame.vertex(vertex.at(), vertex.normal.into(), base(self.colours, i as usize))
         })
     }
 }

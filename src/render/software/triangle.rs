@@ -147,7 +147,8 @@ impl Fragment<'_> {
         let mix = |w: Vec3, of: fn(&Corner) -> Vec3| of(a) * w.x + of(b) * w.y + of(c) * w.z;
         let view = -unit(mix(centre, |c| c.ray));
         let facet = if across.dot(view) < 0.0 { -across } else { across };
-        let colour = self.frame.colour(facet, mix(inside, |c| c.normal), view, self.front, self.bad);
+        let [base, normal] = [mix(inside, |c| c.base), mix(inside, |c| c.normal)];
+        let colour = self.frame.colour(base, facet, normal, view, self.front, self.bad);
         [byte(colour.x), byte(colour.y), byte(colour.z), 255]
     }
 
@@ -177,6 +178,7 @@ mod tests {
             inv_w: 1.0,
             ray: Vec3::new(x as f32, y as f32, -1.0),
             normal: Vec3::Z,
+            base: Vec3::ONE,
         };
         let end = 15 * 256;
         let square = [[96, 32], [end + 96, 32], [end + 96, end + 32], [96, end + 32]];

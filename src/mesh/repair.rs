@@ -1,0 +1,153 @@
+//! Making a manifold of a surface that touches itself: sheets without thickness go, and what only touches comes apart.
+
+use std::collections::HashSet;
+
+use super::Mesh;
+use super::check::{join, root};
+
+/// How often the sides of crowded edges are paired anew where they share an edge twice.
+const ROUNDS: usize = 64;
+
+/// What [`Mesh::repair`] did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Repaired {
+    /// Triangles removed.
+    pub triangles: usize,
+    /// Vertices added, at the places of others.
+    pub split: usize,
+}
+
+/// A side of a triangle: its ends in order, whether it runs down from the higher one, and its number, 3 × triangle + corner.
+type Side = ([u32; 2], bool, u32);
+
+impl Mesh {
+    /// Removes triangles that repeat a vertex or name one that does not exist, and pairs of opposite triangles on the same three
+    /// vertices; glues the rest along its edges, each side to one that runs against it, and gives every fan of triangles
+    /// around a vertex a vertex of its own. No vertex moves; unused ones go.
+    ///
+    /// An oriented surface without border that touches itself in points and edges, as a welded soup may, becomes a closed
+    /// manifold, but for edges that two fans share twice, which stay. Sides that none runs against, as where the winding
+    /// turns over or three triangles meet, become a border.
+    pub fn repair(&mut self) -> Repaired {
+        let before = self.triangles.len();
+        let count = self.vertices.len();
+        self.triangles.retain(|t| {
+            t[0] != t[1] && t[1] != t[2] && t[2] != t[0] && t.iter().all(|&v| (v as usize) < count)
+        });
+        self.cancel_opposites();
+        let mut fans = self.fans();
+        // The first fan of a vertex keeps its number.
+        let mut first = vec![None; count];
+        let mut number = vec![u32::MAX; fans.len()];
+        for h in 0..fans.len() as u32 {
+            let (v, fan) = (self.triangles[h as usize / 3][h as usize % 3], root(&mut fans, h));
+            if number[fan as usize] == u32::MAX {
+                number[fan as usize] = if *first[v as usize].get_or_insert(fan) == fan {
+                    v
+                } else {
+                    self.vertices.push(self.vertices[v as usize]);
+                    self.vertices.len() as u32 - 1
+                };
+            }
+        }
+        for (h, v) in (0..).zip(self.triangles.as_flattened_mut()) {
+            *v = number[root(&mut fans, h) as usize];
+        }
+        let split = self.vertices.len() - count;
+        self.drop_unused();
+        Repaired { triangles: before - self.triangles.len(), split }
+    }
+
+    /// Which corners (3 × triangle + corner) are one vertex: sets as of [`join`].
+    fn fans(&self) -> Vec<u32> {
+        let sides = |(t, i): (&[u32; 3], u32)| {
+            let side = |k: usize| {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                ([a.min(b), a.max(b)], a > b, 3 * i + k as u32)
+            };
+            [side(0), side(1), side(2)]
+        };
+        let mut sides: Vec<Side> = self.triangles.iter().zip(0u32..).flat_map(sides).collect();
+        sides.sort_unstable();
+        // Where the sides of each crowded edge lie, and by how many places their pairs are shifted.
+        let mut crowded: Vec<(usize, usize, usize)> = Vec::new();
+        let mut start = 0;
+        for edge in sides.chunk_by(|a, b| a.0 == b.0) {
+            if edge.len() > 2 {
+                crowded.push((start, start + edge.len(), 0));
+            }
+            start += edge.len();
+        }
+        let mut corners = Vec::new();
+        for _ in 0..ROUNDS {
+            corners = (0..sides.len() as u32).collect();
+            for edge in sides.chunk_by(|a, b| a.0 == b.0).filter(|edge| edge.len() == 2) {
+                glue(edge, 0, &mut corners);
+            }
+            crowded.iter().for_each(|&(start, end, shift)| glue(&sides[start..end], shift, &mut corners));
+            // One at a vertex and round: pairs that are shifted together share the edges again.
+            let mut shifted: HashSet<u32> = HashSet::new();
+            let mut is_done = true;
+            for (start, end, shift) in &mut crowded {
+                let mut ends: Vec<[u32; 2]> = sides[*start..*end]
+                    .iter()
+                    .filter(|side| !side.1)
+                    .map(|&(_, _, h)| [h, next(h)].map(|corner| root(&mut corners, corner)))
+                    .collect();
+                ends.sort_unstable();
+                if ends.windows(2).any(|two| two[0] == two[1]) {
+                    is_done = false;
+                    let at = sides[*start].0;
+                    if at.iter().all(|v| !shifted.contains(v)) {
+                        shifted.extend(at);
+                        *shift += 1;
+                    }
+                }
+            }
+            if is_done {
+                break;
+            }
+        }
+        corners
+    }
+
+    fn cancel_opposites(&mut self) {
+        // Beside the three in order: whether the triangle goes from the lowest to the middle one.
+        let key = |t: &[u32; 3]| {
+            let mut sorted = *t;
+            sorted.sort_unstable();
+            let lowest = t.iter().position(|&v| v == sorted[0]).unwrap_or(0);
+            (sorted, t[(lowest + 1) % 3] == sorted[1])
+        };
+        let mut order: Vec<([u32; 3], bool, usize)> =
+            self.triangles.iter().map(key).zip(0..).map(|((sorted, way), i)| (sorted, way, i)).collect();
+        order.sort_unstable();
+        let mut dead = vec![false; self.triangles.len()];
+        for same in order.chunk_by(|a, b| a.0 == b.0) {
+            let one_way = same.iter().filter(|(_, way, _)| !way).count();
+            let pairs = one_way.min(same.len() - one_way);
+            // Sorted: those of the one way come first.
+            same[..pairs].iter().chain(&same[one_way..one_way + pairs]).for_each(|&(.., t)| dead[t] = true);
+        }
+        let mut dead = dead.into_iter();
+        self.triangles.retain(|_| dead.next() == Some(false));
+    }
+}
+
+fn next(h: u32) -> u32 {
+    if h % 3 == 2 { h - 2 } else { h + 1 }
+}
+
+/// Glues each side of an edge that runs up to one that runs down.
+fn glue(edge: &[Side], shift: usize, corners: &mut [u32]) {
+    let (up, down) = edge.split_at(edge.iter().filter(|side| !side.1).count());
+    if down.is_empty() {
+        return;
+    }
+    let pairs = up.len().min(down.len());
+    for (i, &(_, _, a)) in up.iter().enumerate().take(pairs) {
+        let (_, _, b) = down[(i + shift) % down.len()];
+        join(corners, a, next(b));
+        join(corners, next(a), b);
+    }
+}
