@@ -1,7 +1,7 @@
 //! Both backends stage by stage: each CPU twin gets the bytes that the GPU's earlier stages left, and
 //! its output is held against the GPU's. What the `compare` command prints and the parity tests check.
 
-use crate::extract::{ExtractError, Extractor, Method, Normals, Options, Source, Workspace, extract_on_cpu};
+use crate::extract::{ExtractError, Extractor, Normals, Options, Source, Workspace, extract_on_cpu};
 use crate::field::{Field, NoForm, Points, Sense, Wgsl};
 use crate::gpu::GpuError;
 use crate::grid::SAMPLES_PER_BRICK;
@@ -178,13 +178,13 @@ pub fn compare(
     let sense = options.sense.unwrap_or(source.sense());
     let params = Params::new(source.grid(), options.iso, sense)
         .with_normals(options.normals)
-        .with_placement(options.placement);
+        .with_method(options.method, options.placement);
     let inside = Inside::new(options.iso, sense);
 
     let mut found = Comparison { rows: Vec::new(), notes: Vec::new() };
     compare_cull(&mut found, source, options, &params, &gpu, extractor.gpu().is_software());
     let sampled = compare_sample(&mut found, source, &params, &gpu)?;
-    let counts = compare_classify(&mut found, source, options.method, &params, inside, &gpu);
+    let counts = compare_classify(&mut found, source, &params, inside, &gpu);
     found.rows.push(Row::exact("scan", "offsets", &gpu.offsets, &counts));
     compare_emit(&mut found, source, options, &params, inside, &gpu, &mesh)?;
     if sampled {
@@ -315,7 +315,6 @@ fn compare_sample(
 fn compare_classify(
     found: &mut Comparison,
     source: &Source<'_>,
-    method: Method,
     params: &Params,
     inside: Inside,
     gpu: &Snapshot,
@@ -323,7 +322,7 @@ fn compare_classify(
     let mut records = vec![BrickRecord::zeroed(); gpu.active.len()];
     let mut counts = vec![[0; 2]; gpu.active.len() + 1];
     for (slot, record) in records.iter_mut().enumerate() {
-        counts[slot] = classify(params, method, inside, &gpu.samples(source, params, slot), record);
+        counts[slot] = classify(params, inside, &gpu.samples(source, params, slot), record);
     }
     let gpu_counts: Vec<[u32; 2]> =
         gpu.offsets.windows(2).map(|w| [0, 1].map(|i| w[1][i].wrapping_sub(w[0][i]))).collect();
@@ -352,8 +351,7 @@ fn compare_emit(
         let mut triangles = vec![[0; 3]; size[1].min(MAX_TRIANGLES * 512)];
         let (record, samples) = (&gpu.records[slot], gpu.samples(source, params, slot));
         let here = (params.brick_origin(brick), &samples);
-        let mut vertices_of =
-            |normals| emit_vertices(params, options.method, inside, normals, here, record, &mut vertices);
+        let mut vertices_of = |normals| emit_vertices(params, inside, normals, here, record, &mut vertices);
         let done = match source {
             Source::Volume(volume) => vertices_of(NormalsOf::Volume(volume.values())),
             Source::Field(field, _) => {
@@ -372,7 +370,7 @@ fn compare_emit(
         }
         let beside = Beside::new(&mut nearby, &gpu.active, &gpu.records, &gpu.offsets, slot);
         let (mut numbers, end) = (EdgeNumbers::new(), gpu.offsets[slot + 1][0]);
-        emit_indices(params, options.method, inside, here, &beside, &mut numbers, end, &mut triangles);
+        emit_indices(params, inside, here, &beside, &mut numbers, end, &mut triangles);
         twin.vertices.append(&mut vertices);
         twin.triangles.append(&mut triangles);
     }

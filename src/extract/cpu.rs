@@ -1,6 +1,6 @@
 //! What the CPU path is made of: the twins of every stage on all cores, bricks by tasks.
 
-use super::{ExtractError, Method, Options, STAGES, Source, check, stage_index as at};
+use super::{ExtractError, Options, STAGES, Source, check, stage_index as at};
 use crate::field::differences::Normals;
 use crate::field::{Field, NoForm, Sense};
 use crate::mesh::{Mesh, Vertex};
@@ -38,7 +38,6 @@ pub(crate) struct Job<'a> {
     pub(crate) source: Source<'a>,
     pub(crate) params: Params,
     pub(crate) inside: Inside,
-    pub(crate) method: Method,
     normals: Normals,
     memory_budget: u64,
     /// Bytes that the caller holds beside the records and the mesh.
@@ -56,9 +55,8 @@ impl<'a> Job<'a> {
             source: *source,
             params: Params::new(source.grid(), options.iso, sense)
                 .with_normals(options.normals)
-                .with_placement(options.placement),
+                .with_method(options.method, options.placement),
             inside: Inside::new(options.iso, sense),
-            method: options.method,
             normals: options.normals,
             memory_budget: options.memory_budget,
             held_bytes: 0,
@@ -73,7 +71,6 @@ impl<'a> Job<'a> {
             source: Source::Volume(window),
             params,
             inside: Inside::new(options.iso, sense),
-            method: options.method,
             normals: options.normals,
             memory_budget: options.memory_budget,
             held_bytes: 0,
@@ -89,7 +86,7 @@ impl<'a> Job<'a> {
 
     #[inline(always)]
     fn classify_brick(&self, samples: &Samples<'_>, record: &mut BrickRecord) -> [u32; 2] {
-        classify(&self.params, self.method, self.inside, samples, record)
+        classify(&self.params, self.inside, samples, record)
     }
 
     /// Samples and classifies bricks, and keeps those with surface. `look` sees the samples of each.
@@ -256,7 +253,7 @@ impl<'a> Job<'a> {
         let beside = Beside::new(nearby, bricks, records, counts, slot);
         let here = (params.brick_origin(brick), &samples);
         let end = counts[slot + 1][0];
-        emit_indices(params, self.method, inside, here, &beside, numbers, end, triangles);
+        emit_indices(params, inside, here, &beside, numbers, end, triangles);
         let normals = match self.source {
             Source::Field(whole, _) => {
                 let here = self.fields.field_in(params, brick, whole);
@@ -264,7 +261,7 @@ impl<'a> Job<'a> {
             }
             Source::Volume(volume) => NormalsOf::Volume(volume.values()),
         };
-        emit_vertices(params, self.method, inside, normals, here, &records[slot], vertices)
+        emit_vertices(params, inside, normals, here, &records[slot], vertices)
     }
 
     /// The samples of the first of `bricks`: where they lie in a volume, or evaluated.

@@ -377,7 +377,7 @@ fn new_numbers(job: &Job<'_>, last: &Last, kept: &Kept, from: &[u32]) -> Vec<u32
                 let origin = job.params.brick_origin(brick).to_array();
                 let extent = [0, 1, 2].map(|k| (job.params.points[k] - origin[k]).min(9) as usize);
                 let records = [&last.kept.records[slot], &kept.records[now]];
-                renumber_brick(job.method, extent, records, first, own);
+                renumber_brick(job.params.method, extent, records, first, own);
             } else {
                 own.iter_mut().zip(first..).for_each(|(to, number)| *to = number);
             }

@@ -272,7 +272,7 @@ impl Workspace {
             source_extent: slab.points.into(),
             ..Params::new(&self.grid, options.iso, sense)
                 .with_normals(options.normals)
-                .with_placement(options.placement)
+                .with_method(options.method, options.placement)
         }
     }
 

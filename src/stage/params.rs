@@ -1,7 +1,7 @@
 //! What every stage is told ([`Params`]) and what the GPU counts meanwhile ([`Work`]).
 
 use super::inside::order_key;
-use super::method::Placement;
+use super::method::{Method, Placement};
 use crate::field::Sense;
 use crate::field::differences::Normals;
 use crate::grid::Grid;
@@ -13,7 +13,8 @@ use glam::{UVec3, Vec3};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[allow(missing_docs, reason = "each field is described in the shader")]
 pub struct Params {
-    /// Kernels are compiled for it.
+    /// Kernels are compiled for these two.
+    pub method: Method,
     pub placement: Placement,
     pub epsilon: f32,
     pub origin: [f32; 3],
@@ -109,6 +110,7 @@ impl Params {
         let (step, outward) = (grid.step(), grid.gradient_to_world() * sign);
         let bricks = grid.brick_count() as u32;
         Self {
+            method: Method::MarchingCubes,
             placement: Placement::Linear,
             epsilon: 0.0,
             origin: grid.origin().into(),
@@ -199,10 +201,10 @@ impl Params {
         Self { delta, ..self }
     }
 
-    /// With vertices where `placement` says.
+    /// With cells that become triangles as `method` says, and vertices where `placement` does.
     #[must_use]
-    pub fn with_placement(self, placement: Placement) -> Self {
-        Self { placement, epsilon: placement.epsilon(), ..self }
+    pub fn with_method(self, method: Method, placement: Placement) -> Self {
+        Self { method, placement, epsilon: placement.epsilon(), ..self }
     }
 
     /// Lowest point of a brick of the slab.

@@ -82,13 +82,16 @@ impl Entry<'_> {
     }
 }
 
+/// The words of a case's entries, by the number that its faces' decisions make, for each tunnel; none where it cannot be.
+type Decided = BTreeMap<u32, [Vec<u32>; 3]>;
+
 impl Mc33 {
     /// Parses the text of the table file.
     ///
     /// # Panics
     /// If the text is not a whole table: it is part of the program, checked by its tests.
     fn parse(cubes: &Table, text: &str) -> Self {
-        let mut cases: BTreeMap<u8, (u32, BTreeMap<u32, [Vec<u32>; 3]>)> = BTreeMap::new();
+        let mut cases: BTreeMap<u8, (u32, Decided)> = BTreeMap::new();
         for line in text.lines().filter(|line| !line.starts_with('#')) {
             let (key, corners) = line.split_once(": ").expect("a row is `case faces tunnel: corners`");
             let key: Vec<&str> = key.split(' ').collect();
@@ -101,7 +104,7 @@ impl Mc33 {
                     _ => (all | 1 << face, 2 * number + u32::from(c == '1')),
                 });
             let of_case =
-                cases.entry(case.parse().expect("a case")).or_insert_with(|| (ambiguous, BTreeMap::new()));
+                cases.entry(case.parse().expect("a case")).or_insert_with(|| (ambiguous, Decided::new()));
             of_case.1.entry(decided).or_default()[tunnel.expect("a tunnel")] = entry;
         }
         let cubes: Vec<u32> = cubes.words().iter().flatten().copied().collect();

@@ -79,7 +79,7 @@ pub fn track(
 
 /// What the seeds lead to.
 pub(super) fn starts(job: &Job<'_>, seeds: &Seeds, budget: u64) -> Result<(Starts, TrackReport), TrackError> {
-    if job.method == Method::Tetrahedra {
+    if job.params.method == Method::Tetrahedra {
         return Err(TrackError::Method);
     }
     let (source, params) = (&job.source, &job.params);

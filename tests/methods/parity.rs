@@ -35,8 +35,9 @@ fn volumes() -> Vec<(String, Volume, f32)> {
     all.push(("mirrored".into(), noise(mirrored, 4), 0.1));
     // Plateaus, whose gradients say nothing: the normals of many vertices are their neighbours'.
     let mut random = Random(3);
-    let values =
-        (0..mirrored.point_count()).map(|_| if random.next() % 3 == 0 { 1.0 } else { -1.0 }).collect();
+    let values = (0..mirrored.point_count())
+        .map(|_| if random.next().is_multiple_of(3) { 1.0 } else { -1.0 })
+        .collect();
     all.push(("two values".into(), Volume::new(mirrored, values).unwrap(), 0.0));
     all.push(("brain_24".into(), common::small_brain(), 30.0));
     all

@@ -51,7 +51,7 @@ fn snapped_vertices_lie_on_the_surface() {
                     let is_on_edge = part.max_element()
                         - part.to_array().into_iter().filter(|v| *v > 0.0).fold(1.0, f32::min)
                         < 1e-3;
-                    if along < 1e-3 || along > 0.499 || !is_on_edge {
+                    if !(1e-3..0.499).contains(&along) || !is_on_edge {
                         continue;
                     }
                     // What `f32` tells of a place on the grid, at least.

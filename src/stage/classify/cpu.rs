@@ -136,12 +136,11 @@ fn ones_of_rows(bits: u64) -> u64 {
 #[inline(always)]
 pub fn classify(
     params: &Params,
-    method: Method,
     inside: Inside,
     samples: &Samples<'_>,
     record: &mut BrickRecord,
 ) -> [u32; 2] {
-    match method {
+    match params.method {
         Method::MarchingCubes => classify_mc(&MARCHING_CUBES, inside, samples, record),
         Method::Mc33 => classify_mc33(&MARCHING_CUBES, params.iso, inside, samples, record),
         Method::Tetrahedra => tetrahedra::classify(inside, samples, record.tetrahedra_mut()),

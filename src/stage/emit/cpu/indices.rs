@@ -10,7 +10,7 @@ use crate::stage::inside::Inside;
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
 use crate::stage::trilinear::Corners;
-use crate::table::Table;
+use crate::table::MARCHING_CUBES;
 use crate::table::mc33::{FIRST_CENTRE, MC33};
 use multiversion::multiversion;
 
@@ -196,14 +196,13 @@ fn row_start(record: &BrickRecord, first: u32, y: u32, z: u32) -> (u32, u32) {
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_indices(
     params: &Params,
-    table: &Table,
     inside: Inside,
     samples: &Samples<'_>,
     beside: &Beside<'_>,
     numbers: &mut EdgeNumbers,
     triangles: &mut [[u32; 3]],
 ) {
-    indices(params, table, inside, samples, beside, numbers, triangles, |_, _, _, _| None);
+    indices(params, inside, samples, beside, numbers, triangles, |_, _, _, _| None);
 }
 
 /// [`emit_indices`] for topologically correct marching cubes; `end` is the number behind the brick's last vertex, from where
@@ -211,7 +210,6 @@ pub fn emit_indices(
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_indices_mc33(
     params: &Params,
-    table: &Table,
     inside: Inside,
     samples: &Samples<'_>,
     beside: &Beside<'_>,
@@ -236,7 +234,7 @@ pub fn emit_indices_mc33(
         end -= entry.centres();
         Some(entry.triangle_count() as usize)
     };
-    indices(params, table, inside, samples, beside, numbers, triangles, of_cell);
+    indices(params, inside, samples, beside, numbers, triangles, of_cell);
 }
 
 /// The body of both; `of_cell` may write the triangles of a cell in its own way, from its case and its place in the brick, and
@@ -244,7 +242,6 @@ pub fn emit_indices_mc33(
 #[inline(always)]
 fn indices(
     params: &Params,
-    table: &Table,
     inside: Inside,
     samples: &Samples<'_>,
     beside: &Beside<'_>,
@@ -252,6 +249,7 @@ fn indices(
     triangles: &mut [[u32; 3]],
     mut of_cell: impl FnMut(u8, [usize; 3], &EdgeNumbers, &mut [[u32; 3]]) -> Option<usize>,
 ) {
+    let table = &*MARCHING_CUBES;
     let rows = InsideRows::new(samples, inside);
     numbers.fill(beside);
     let mut left = triangles;

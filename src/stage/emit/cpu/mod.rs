@@ -17,13 +17,11 @@ use crate::stage::inside::Inside;
 use crate::stage::method::Method;
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
-use crate::table::MARCHING_CUBES;
 use glam::UVec3;
 
 /// The triangles of the brick at `origin`, as vertex numbers of the whole mesh; `end` is the number behind its last vertex.
 pub fn emit_indices(
     params: &Params,
-    method: Method,
     inside: Inside,
     (origin, samples): (UVec3, &Samples<'_>),
     beside: &Beside<'_>,
@@ -31,13 +29,10 @@ pub fn emit_indices(
     end: u32,
     triangles: &mut [[u32; 3]],
 ) {
-    let table = &MARCHING_CUBES;
-    match method {
-        Method::MarchingCubes => {
-            indices::emit_indices(params, table, inside, samples, beside, numbers, triangles);
-        }
+    match params.method {
+        Method::MarchingCubes => indices::emit_indices(params, inside, samples, beside, numbers, triangles),
         Method::Mc33 => {
-            indices::emit_indices_mc33(params, table, inside, samples, beside, numbers, end, triangles);
+            indices::emit_indices_mc33(params, inside, samples, beside, numbers, end, triangles);
         }
         Method::Tetrahedra => tetrahedra::emit_indices(params, origin.to_array(), beside, numbers, triangles),
     }
@@ -50,24 +45,23 @@ pub fn emit_indices(
 /// [`NoForm::Cpu`].
 pub fn emit_vertices(
     params: &Params,
-    method: Method,
     inside: Inside,
     normals: NormalsOf<'_>,
     (origin, samples): (UVec3, &Samples<'_>),
     record: &BrickRecord,
     vertices: &mut [Vertex],
 ) -> Result<bool, NoForm> {
-    let on_edges = match method {
+    let on_edges = match params.method {
         Method::Mc33 => (record.edge_vertices() as usize).min(vertices.len()),
         Method::MarchingCubes | Method::Tetrahedra => vertices.len(),
     };
     let (vertices, within) = vertices.split_at_mut(on_edges);
     let is_marked = match normals {
         NormalsOf::Field(field) => {
-            vertices::emit_field_vertices(params, method, inside, &field, origin, samples, record, vertices)?
+            vertices::emit_field_vertices(params, inside, &field, origin, samples, record, vertices)?
         }
         NormalsOf::Volume(values) => {
-            vertices::emit_volume_vertices(params, method, inside, values, origin, record, vertices)
+            vertices::emit_volume_vertices(params, inside, values, origin, record, vertices)
         }
     };
     if within.is_empty() {

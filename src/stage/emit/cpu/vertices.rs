@@ -221,7 +221,6 @@ impl Iterator for Directed<'_> {
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_volume_vertices(
     params: &Params,
-    method: Method,
     inside: Inside,
     values: &Values,
     origin: UVec3,
@@ -229,7 +228,7 @@ pub fn emit_volume_vertices(
     vertices: &mut [Vertex],
 ) -> bool {
     let first = origin.to_array();
-    match method {
+    match params.method {
         Method::MarchingCubes | Method::Mc33 => {
             of_volume(params, inside, values, first, Directed(Edges::new(record)), vertices)
         }
@@ -364,7 +363,6 @@ impl Gradients<'_> {
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_field_vertices(
     params: &Params,
-    method: Method,
     inside: Inside,
     field: &Gradients<'_>,
     origin: UVec3,
@@ -373,7 +371,7 @@ pub fn emit_field_vertices(
     vertices: &mut [Vertex],
 ) -> Result<bool, NoForm> {
     let origin = origin.to_array();
-    match method {
+    match params.method {
         Method::MarchingCubes | Method::Mc33 => {
             field_vertices(params, inside, field, origin, samples, Directed(Edges::new(record)), vertices)
         }
