@@ -96,6 +96,9 @@ pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
     if let Some((_, flag, why)) = pairs.into_iter().find(|(wrong, ..)| *wrong) {
         return Err(Failure::usage(format!("{flag} {why}")));
     }
+    if let Some(epsilon) = of.snap.filter(|e| !(e.is_finite() && *e > 0.0)) {
+        return Err(Failure::usage(format!("--snap {epsilon}: give a finite number over 0, in world units")));
+    }
     if let (Some(flag), Backend::Gpu) = (of.cpu_alone(), args.run.backend) {
         return Err(Failure::usage(format!("{flag} is done by the CPU: leave out --backend gpu")));
     }

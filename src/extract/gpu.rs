@@ -152,8 +152,8 @@ impl Extractor {
         let limits = Limits {
             binding,
             budget: options.memory_budget,
-            // In main memory, on the way, and on the GPU.
-            fixed: 3 * data_bytes,
+            // Data in main memory, on the way, and on the GPU; and the buffer of parameters.
+            fixed: 3 * data_bytes + 16 * PARAMETER_VECTORS as u64,
             adapter: &gpu.info.name,
         };
         let plan = Plan::new(source.grid(), source.scalar(), limits, most)?;

@@ -243,6 +243,28 @@ impl Workspace {
         (&self.dispatches, 24 * u64::from(self.plan.batches) + Normals::ARGUMENT_BYTES)
     }
 
+    /// The bytes of all buffers: no more than the plan says, which counts what a volume takes on its way, too.
+    pub fn buffer_bytes(&self) -> u64 {
+        let all = [
+            &self.field_parameters,
+            &self.field_data_buffer,
+            &self.source,
+            &self.ranges,
+            &self.odd,
+            &self.map,
+            &self.boxes,
+            &self.partials,
+            &self.active,
+            &self.records,
+            &self.counts,
+            &self.dispatches,
+            &self.work,
+            &self.work_start,
+            &self.header,
+        ];
+        all.into_iter().map(wgpu::Buffer::size).sum()
+    }
+
     /// How the grid was cut, and the bytes of the buffers.
     pub fn plan(&self) -> &Plan {
         &self.plan

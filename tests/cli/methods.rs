@@ -143,7 +143,16 @@ fn flags_that_say_nothing_together() {
     let here = folder();
     for (flags, words) in [
         (&["--sharp", "--method", "dmc"][..], "--sharp is of the uniform grid"),
-        (&["--track", "--sharp"], "--track follows marching cubes alone"),
+        (&["--track", "--sharp"], "--track follows cubes"),
+        (&["--track", "--method", "mt"], "--track follows cubes"),
+        (&["--method", "mc34"], "possible values"),
+        (&["--cap", "--open"], "cannot be used with"),
+        (&["--cap", "--method", "dmc"], "--cap closes the meshes of --method mc, mc33 and mt"),
+        (&["--cap", "--refine"], "--cap closes"),
+        (&["--snap", "0"], "--snap 0: give a finite number over 0"),
+        (&["--snap", "nan", "--method", "mt"], "--snap NaN: give"),
+        (&["--snap", "1e-3", "--method", "octree"], "--snap or --midpoint is of"),
+        (&["--snap", "1e-3", "--midpoint"], "cannot be used with"),
         (&["--seed", "0,0,0"], "--track"),
         (&["--error", "0.1"], "--error is of --method dmc"),
         (&["--most-cells", "9"], "--most-cells is of --method dmc"),

@@ -27,6 +27,31 @@ fn a_changed_parameter_needs_no_new_workspace() {
     }
 }
 
+/// Goes red when a buffer is made larger than `Plan` counts it, the records by a word a brick for example.
+#[test]
+fn buffers_are_no_more_than_planned() {
+    let Some(extractor) = common::extractor() else { return };
+    let torus = Named::new("torus").unwrap();
+    let volume = common::noise(cube(70), 3);
+    let brain = common::small_brain();
+    for n in [8, 40, 100, 300] {
+        for source in [Source::Field(&torus, cube(n)), Source::Volume(&volume), Source::Volume(&brain)] {
+            let whole = extractor.prepare(&source, u64::MAX).unwrap();
+            for part in [100, 70, 50, 30] {
+                let Ok(space) = extractor.prepare(&source, whole.plan().bytes * part / 100) else { continue };
+                let (made, planned) = (space.buffer_bytes(), space.plan().bytes);
+                assert!(made <= planned, "{n}, {part} %: {made} bytes of {planned}");
+                // Nor is much planned that is not made, but of volumes what they take in main memory and on their way.
+                let is_volume = matches!(source, Source::Volume(_));
+                assert!(
+                    is_volume || made + (64 << 10) >= planned,
+                    "{n}, {part} %: {made} bytes of {planned}"
+                );
+            }
+        }
+    }
+}
+
 /// A slider: frames after the first make no buffer and no bind group, and each is the mesh of its iso value and
 /// parameter. Goes red when bind groups are not kept, and when the settings of one frame are those of another.
 #[test]
