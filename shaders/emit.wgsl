@@ -21,8 +21,19 @@ fn scaled(v: f32) -> f32 {
     return select(v * 0x1p100f, 0.0, (bitcast<u32>(v) & 0x7f800000u) == 0u);
 }
 
-// Where between the edge's ends the value is iso; in the middle where the ends do not tell.
+// 2¹⁰⁰, of either sign: the sample of a point beyond a closed border (src/extract/cap.rs).
+const FAR = 0x1p100f;
+
+fn is_beyond(a: f32, b: f32) -> bool {
+    return abs(a) == FAR || abs(b) == FAR;
+}
+
+// Where between the edge's ends the value is iso; in the middle where the ends do not tell; at the other end if one lies beyond a
+// closed border.
 fn crossing(a: f32, b: f32) -> f32 {
+    if is_beyond(a, b) {
+        return select(0.0, 1.0, abs(a) == FAR);
+    }
     var t = (call.iso - a) / (b - a);
     if abs(b - a) < SMALL {
         // The ends straddle iso: where they lie this close together, all three are small.

@@ -10,6 +10,10 @@ fn on_edge(owner: vec3<f32>, across: vec3<f32>, t: f32) -> f32 {
 }
 
 fn fraction(owner: vec3<u32>, across: vec3<u32>, a: u32, b: u32) -> f32 {
+    if is_beyond(bitcast<f32>(a), bitcast<f32>(b)) {
+        // Where a border is closed there is nothing to look for.
+        return crossing(bitcast<f32>(a), bitcast<f32>(b));
+    }
     let q = vec3<f32>(owner);
     let way = vec3<f32>(across);
     let step = (params.step_x * way.x + params.step_y * way.y) + params.step_z * way.z;

@@ -202,7 +202,7 @@ pub struct ExtractArgs {
     pub run: RunArgs,
 
     /// Write one JSON object with counts, bytes and seconds; - for standard output. A mesh on the GPU is not
-    /// read back for it, then zero-area triangles are not counted
+    /// read back for it, then zero-area triangles and open edges are not counted
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 

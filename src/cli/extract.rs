@@ -15,7 +15,6 @@ use crate::mesh::write::{self, Extra};
 use crate::track::TrackError;
 use serde_json::Value;
 use std::borrow::Cow;
-use std::path::Path;
 use std::time::Instant;
 
 /// Letters of a source that the last line shows: formulas may be long.
@@ -55,8 +54,19 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let method = args.method.method.of_cells().unwrap_or_default();
     let placement = args.method.placement();
     let options = Options { method, placement, ..loaded.options(&args.source, memory_budget)? };
-    let capped = args.method.cap.then(|| Capped::new(&loaded.source(), options.iso, options.sense));
+    let capped = args.method.cap.then(|| Capped::new(&loaded.source(), &options));
     let capped = capped.transpose().map_err(Failure::run)?;
+    let (options, is_volume) = match (&capped, &loaded) {
+        // It stays in memory beside its copy.
+        (Some(_), Loaded::Volume { volume, .. }) => {
+            let memory_budget = options.memory_budget.saturating_sub(volume.bytes());
+            (Options { memory_budget, ..options }, true)
+        }
+        (_, loaded) => (options, matches!(loaded, Loaded::Volume { .. })),
+    };
+    if is_volume && args.method.snap.is_some() {
+        remark("--snap: a volume has nothing finer than its samples, and vertices lie where these say");
+    }
     let source = capped.as_ref().map_or(loaded.source(), Capped::source);
     let grid = *source.grid();
     let wanted = args.method.refine.as_ref();
@@ -104,7 +114,6 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         }
         None => None,
     };
-    let is_volume = matches!(loaded, Loaded::Volume { .. });
     drop(capped);
     drop(loaded);
     if let Some(path) = &args.png {
@@ -181,7 +190,7 @@ fn in_memory(made: &Made) -> Result<Cow<'_, Mesh>, Failure> {
 
 /// Whether the mesh leaves the GPU: one that is only drawn, or counted, does not.
 fn is_read_back(args: &ExtractArgs) -> bool {
-    args.output.is_some() || args.no_degenerate
+    args.output.is_some() || args.no_degenerate || args.method.cap
 }
 
 /// Refuses what cannot be written before the long work begins.
@@ -202,13 +211,7 @@ fn check_targets(args: &ExtractArgs) -> Result<(), Failure> {
         }
         picture::check(&args.picture, path)?;
     }
-    let outputs =
-        [&args.output, &args.png, &args.stats].map(|p| p.as_deref().filter(|p| *p != Path::new("-")));
-    for (i, path) in outputs.iter().enumerate() {
-        if path.is_some() && outputs[..i].contains(path) {
-            return Err(Failure::usage("two outputs have the same file name: name another"));
-        }
-    }
+    super::check_distinct(&[&args.output, &args.png, &args.stats])?;
     args.stats.as_deref().map_or(Ok(()), super::check_text_target)
 }
 
@@ -391,10 +394,7 @@ pub fn summary(
             text +=
                 &format!(" ({} of zero area; --no-degenerate removes them)", finished.degenerate.unwrap_or(0))
         }
-        (left, removed) => {
-            text +=
-                &format!(" ({removed} removed by --no-degenerate, {} of zero area left)", left.unwrap_or(0))
-        }
+        (left, removed) => text += &format!(" ({removed} of zero area removed, {} left)", left.unwrap_or(0)),
     }
     if let Some(open @ 1..) = finished.open_edges {
         text += &format!(", {open} open edges where the domain ends");

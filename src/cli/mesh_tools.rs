@@ -138,9 +138,7 @@ fn check(args: &MeshToolsArgs) -> Result<(), Failure> {
     if let Some(path) = &args.png {
         picture::check(&args.picture, path)?;
     }
-    if args.output.is_some() && args.output == args.png {
-        return Err(Failure::usage("two outputs have the same file name: name another"));
-    }
+    super::check_distinct(&[&args.output, &args.png, &args.stats])?;
     args.stats.as_deref().map_or(Ok(()), super::check_text_target)
 }
 
@@ -263,7 +261,7 @@ impl<'a> Work<'a> {
             })?;
             let count = self.mesh.triangles.len();
             if args.simplify_error.is_none() && count > budget.triangles {
-                self.remark(&format!("{count} triangles are left: fewer would change the topology"));
+                self.remark(&format!("{count} triangles are left: where fewer would fold the surface, or make a part of it vanish, it was left as it was"));
             }
         }
         if args.optimize {

@@ -96,6 +96,11 @@ pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
     if let Some((_, flag, why)) = pairs.into_iter().find(|(wrong, ..)| *wrong) {
         return Err(Failure::usage(format!("{flag} {why}")));
     }
+    if of.cap && matches!(args.source.normals, Some(NormalsArg::Forward | NormalsArg::Central)) {
+        return Err(Failure::usage(
+            "--normals: with --cap normals are exact, out of the domain on caps: leave it out",
+        ));
+    }
     if let Some(epsilon) = of.snap.filter(|e| !(e.is_finite() && *e > 0.0)) {
         return Err(Failure::usage(format!("--snap {epsilon}: give a finite number over 0, in world units")));
     }

@@ -26,7 +26,7 @@ mod watchdog;
 use args::{Cli, Command};
 use clap::Parser;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Why a command ended without doing its work.
 #[derive(Debug)]
@@ -106,4 +106,16 @@ fn write_text(text: &str, path: &Path) -> Result<(), Failure> {
 /// Refuses a path that [`write_text`] could not write to, before long work.
 fn check_text_target(path: &Path) -> Result<(), Failure> {
     if path == Path::new("-") { Ok(()) } else { crate::atomic::check(path).map_err(Failure::run) }
+}
+
+/// Refuses one name for two outputs; - is none.
+fn check_distinct(outputs: &[&Option<PathBuf>]) -> Result<(), Failure> {
+    let names: Vec<&Path> = outputs
+        .iter()
+        .filter_map(|output| output.as_deref().filter(|path| *path != Path::new("-")))
+        .collect();
+    if (1..names.len()).any(|i| names[..i].contains(&names[i])) {
+        return Err(Failure::usage("two outputs have the same file name: name another"));
+    }
+    Ok(())
 }

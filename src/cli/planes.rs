@@ -43,7 +43,7 @@ pub fn run(
         }
         return Err(Failure::run(format!(
             "{}: the volume's {} bytes do not fit the memory budget of {memory_budget}, and {obstacle}: raise the budget \
-             (--memory-budget), or extract by plain marching cubes to one .ply or .stl file alone, which holds a part of the \
+             (--memory-budget), or extract by --method mc, mc33 or mt to one .ply or .stl file alone, which holds a part of the \
              volume at a time",
             path.display(),
             planes.bytes()

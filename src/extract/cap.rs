@@ -1,28 +1,46 @@
 //! Closed borders: a source with a layer of points around its grid that are outside, so that the surface closes where the domain
 //! ends.
 //!
-//! The points of that layer are so far from iso that the vertices on the edges to them lie on the last points of the domain
-//! themselves: the caps are flat, and the surface meets them where it met the border. Nothing of the stages knows of
+//! The samples of that layer are [`FAR`], by which emit knows that a vertex on an edge there lies on the last point of the domain
+//! itself: the caps are flat, and the surface meets them where it met the border. Nothing else of the stages knows of
 //! it, and each method closes as it does everywhere.
 
-use super::Source;
+use super::{Options, Source};
 use crate::field::differences::central;
 use crate::field::{Field, LatticeValues, NoForm, Points, Sense, Wgsl, Within};
 use crate::graph::interval::Interval;
 use crate::grid::{Grid, GridError};
+use crate::stage::emit::cpu::FAR;
 use crate::stage::params::Params;
 use crate::stage::shaders::{CAP_GRADIENT, CAP_INTERVAL, CAP_VALUE, CENTRAL};
 use crate::volume::Volume;
 use glam::{Mat3, Vec3};
 use std::sync::Arc;
 
-/// Values outside a field's domain. Positions along an edge to such a point are whole numbers: what is left of an edge is
-/// less than an `f32` beside 1 tells.
-const FAR: f32 = 1e30;
-/// The same of a volume, in parts of its largest magnitude: gradients are made of it, too.
-const FAR_PARTS: f32 = (1u64 << 40) as f32;
 /// How near to the border, in grid steps, a vertex is one of the cap.
 const ON_BORDER: f32 = 1e-3;
+
+/// Why borders cannot be closed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CapError {
+    /// The grid has no room for two cells more.
+    #[error("closed borders take two cells more along each axis: {0}")]
+    Grid(#[from] GridError),
+    /// The iso value is as large as what stands for outside.
+    #[error("the iso value is {0}: borders are closed below 6e29")]
+    Iso(f32),
+    /// A volume and its copy need more bytes than allowed.
+    #[error(
+        "the volume and its copy with closed borders, as f32, need {needed} bytes, over the memory budget of {budget} bytes: raise the \
+         budget (--memory-budget), or leave the border open"
+    )]
+    Budget {
+        /// How many.
+        needed: u64,
+        /// How many there are.
+        budget: u64,
+    },
+}
 
 /// A source whose surface closes at the border of its domain.
 #[derive(Debug)]
@@ -34,12 +52,16 @@ pub enum Capped<'a> {
 }
 
 impl<'a> Capped<'a> {
-    /// `source` with a layer of outside points around it: two cells more along each axis. `iso` and `sense` are those of the
-    /// extraction. A volume is copied, as `f32`.
+    /// `source` with a layer of outside points around it, for an extraction with `options`: two cells more along each axis. A
+    /// volume is copied, as `f32`; both must fit the memory budget, and the extraction has what is left of it.
     ///
     /// # Errors
-    /// [`GridError`] if the grid has no room for two cells more.
-    pub fn new(source: &Source<'a>, iso: f32, sense: Option<Sense>) -> Result<Self, GridError> {
+    /// [`CapError`].
+    pub fn new(source: &Source<'a>, options: &Options) -> Result<Self, CapError> {
+        let (iso, sense) = (options.iso, options.sense);
+        if iso.abs() >= FAR / 2.0 {
+            return Err(CapError::Iso(iso));
+        }
         let grid = source.grid();
         let step = grid.step();
         let origin = grid.origin() - (step.x_axis + step.y_axis + step.z_axis);
@@ -54,7 +76,13 @@ impl<'a> Capped<'a> {
                 let delta = Params::new(&wider, iso, source.sense()).delta;
                 Self::Field(Box::new(CappedField { field: *field, grid: *grid, wider, rows, outward, delta }))
             }
-            Source::Volume(volume) => Self::Volume(padded(volume, wider, iso, outward)),
+            Source::Volume(volume) => {
+                let (needed, budget) = (4 * wider.point_count() + volume.bytes(), options.memory_budget);
+                if needed > budget {
+                    return Err(CapError::Budget { needed, budget });
+                }
+                Self::Volume(padded(volume, wider, outward).ok_or(CapError::Budget { needed, budget })?)
+            }
         })
     }
 
@@ -67,11 +95,13 @@ impl<'a> Capped<'a> {
     }
 }
 
-fn padded(volume: &Volume, wider: Grid, iso: f32, outward: f32) -> Volume {
-    let most = volume.finite_range().map_or(0.0, |(low, high)| low.abs().max(high.abs()));
-    let far = (outward * most.max(iso.abs()).max(f32::MIN_POSITIVE) * FAR_PARTS).clamp(-FAR, FAR);
+/// Nothing if there is no memory for it.
+fn padded(volume: &Volume, wider: Grid, outward: f32) -> Option<Volume> {
+    let count = wider.point_count() as usize;
+    let mut values = Vec::new();
+    values.try_reserve_exact(count).ok()?;
+    values.resize(count, outward * FAR);
     let [nx, ny, nz] = volume.grid().points().to_array().map(|n| n as usize);
-    let mut values = vec![far; (nx + 2) * (ny + 2) * (nz + 2)];
     let from = volume.values().as_slice();
     for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
         let (row, to) = (nx * (y + ny * z), 1 + (nx + 2) * (y + 1 + (ny + 2) * (z + 1)));
@@ -79,7 +109,7 @@ fn padded(volume: &Volume, wider: Grid, iso: f32, outward: f32) -> Volume {
             *value = from.get(row + x);
         }
     }
-    Volume::window(wider, values.into())
+    Some(Volume::window(wider, values.into()))
 }
 
 /// A field in the domain of its grid, and far outside around it.

@@ -2,7 +2,7 @@
 //! triangles are taken over.
 
 use super::cpu::{BRICKS, Clock, Job, KEPT_BYTES, Kept, MESH, RECORDS, Scratch, TASK, tasks};
-use super::{ExtractError, Options, STAGES, Source, stage_index as at};
+use super::{ExtractError, Method, Options, Placement, STAGES, Source, stage_index as at};
 use crate::field::differences::Normals;
 use crate::field::{Field, NoForm, Sense};
 use crate::graph::GraphField;
@@ -88,6 +88,8 @@ struct Settings {
     iso: f32,
     sense: Sense,
     normals: Normals,
+    method: Method,
+    placement: Placement,
 }
 
 impl Incremental {
@@ -107,7 +109,7 @@ impl Incremental {
         self.last.map_or_else(Mesh::default, |last| last.mesh)
     }
 
-    /// Makes the mesh that of `field`. Everything is extracted at the first time, when iso, sense or normals are not those
+    /// Makes the mesh that of `field`. Everything is extracted at the first time, when iso, sense, normals, method or placement are not those
     /// of the time before, without [`Options::cull`], and where the mesh before does not fit in the budget beside the new
     /// one.
     ///
@@ -118,6 +120,8 @@ impl Incremental {
             iso: options.iso,
             sense: options.sense.unwrap_or(field.sense()),
             normals: options.normals,
+            method: options.method,
+            placement: options.placement,
         };
         let last = self.last.take().filter(|last| last.settings == settings && options.cull);
         let had_last = last.is_some();

@@ -16,7 +16,7 @@ mod workspace;
 
 pub use crate::field::differences::Normals;
 pub use crate::stage::method::{Method, Placement};
-pub use cap::{Capped, CappedField};
+pub use cap::{CapError, Capped, CappedField};
 pub(crate) use cpu::{Clock, Job, KEPT_BYTES, Kept, RECORDS};
 pub use cpu_extractor::{CpuExtractor, extract_on_cpu};
 pub use gpu::Extractor;

@@ -157,7 +157,7 @@ impl<'a> Run<'a> {
         let sense = options.sense.unwrap_or(crate::field::Sense::Above);
         Ok(Self {
             options,
-            params: Params::new(grid, options.iso, sense),
+            params: Params::new(grid, options.iso, sense).with_method(options.method, options.placement),
             parts: Parts::new(path)?,
             carried: Kept::default(),
             is_marked: false,

@@ -28,7 +28,7 @@ pub enum Placement {
     /// In the middle: fast, and coarse.
     Midpoint,
     /// Where the field crosses iso, within `epsilon` world units: a few secant and bisection steps. Volumes have
-    /// nothing finer than [`Placement::Linear`], and vertices within cells lie amid those on edges.
+    /// nothing finer than [`Placement::Linear`], and vertices within cells lie amid those on edges, as these lie by [`Placement::Linear`].
     Snapped {
         /// How near, over 0.
         epsilon: f32,

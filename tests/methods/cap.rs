@@ -3,7 +3,7 @@
 use crate::common::{self, Random};
 use crate::{bytes, on_cpu, on_gpu, options};
 use glam::{Mat3, Vec3};
-use isoforge::extract::{Capped, Normals, Options, Placement, Source};
+use isoforge::extract::{CapError, Capped, Normals, Options, Placement, Source};
 use isoforge::field::named::Named;
 use isoforge::field::user::UserField;
 use isoforge::field::{Closure, Sense};
@@ -13,7 +13,7 @@ use isoforge::volume::{Values, Volume};
 
 /// With borders closed, both backends; the same bytes.
 fn capped(source: &Source<'_>, options: &Options) -> Mesh {
-    let capped = Capped::new(source, options.iso, options.sense).unwrap();
+    let capped = Capped::new(source, options).unwrap();
     let mesh = on_cpu(&capped.source(), options);
     if let Some(extractor) = common::extractor() {
         let other = on_gpu(extractor, &capped.source(), options);
@@ -38,9 +38,12 @@ fn a_full_domain_is_its_box() {
     let field = Closure::new(Sense::Below, |_| -1.0);
     let dense = Volume::new(grid, vec![3.0; grid.point_count() as usize]).unwrap();
     let bytes = Volume::of(grid, Values::U8(vec![200; grid.point_count() as usize])).unwrap();
-    for options in options(0.0) {
+    let placements = [Placement::Linear, Placement::Midpoint, Placement::Snapped { epsilon: 1e-4 }];
+    for options in
+        options(0.0).into_iter().flat_map(|o| placements.map(|placement| Options { placement, ..o }))
+    {
         let mut of_field =
-            on_cpu(&Capped::new(&Source::Field(&field, grid), 0.0, None).unwrap().source(), &options);
+            on_cpu(&Capped::new(&Source::Field(&field, grid), &options).unwrap().source(), &options);
         let mut of_volume = capped(&Source::Volume(&dense), &options);
         let mut of_bytes = capped(&Source::Volume(&bytes), &Options { iso: 100.0, ..options });
         for mesh in [&mut of_field, &mut of_volume, &mut of_bytes] {
@@ -141,4 +144,34 @@ fn borders_close() {
             == on_cpu(&source, &options).check().boundary_edges as u64
     );
     assert_eq!(mesh.open_edges_at_border(&grid), 0);
+}
+
+/// Values and iso values of any size, and what is refused.
+#[test]
+fn large_numbers_and_little_memory() {
+    let grid = Grid::from_bounds([8; 3], Vec3::splat(-1.5), Vec3::splat(1.5)).unwrap();
+    let slope = Closure::new(Sense::Below, |p: Vec3| (p.x - 0.3) * 1e31);
+    let dense = Volume::new(grid, (0..729).map(|i| 1e31 + 1e28 * (i % 9) as f32).collect()).unwrap();
+    for options in options(0.0) {
+        for (source, iso, sense) in [
+            (Source::Field(&slope, grid), 0.0, Sense::Below),
+            (Source::Field(&slope, grid), 5e29, Sense::Below),
+            (Source::Field(&slope, grid), -5e29, Sense::Above),
+            (Source::Volume(&dense), 5e29, Sense::Above),
+        ] {
+            let options = Options { iso, sense: Some(sense), ..options };
+            let mesh = on_cpu(&Capped::new(&source, &options).unwrap().source(), &options);
+            assert_closed(&mesh, &format!("{options:?}"));
+            let (low, high) = mesh.bounds().unwrap();
+            assert!(
+                low.cmpge(Vec3::splat(-1.500_001)).all() && high.cmple(Vec3::splat(1.500_001)).all(),
+                "{low} {high}"
+            );
+        }
+        let huge = Options { iso: 1e30, ..options };
+        assert!(matches!(Capped::new(&Source::Field(&slope, grid), &huge), Err(CapError::Iso(_))));
+        let tight = Options { memory_budget: 5000, ..options };
+        let refused = Capped::new(&Source::Volume(&dense), &tight);
+        assert!(matches!(refused, Err(CapError::Budget { needed: 8240, budget: 5000 })), "{refused:?}");
+    }
 }

@@ -8,7 +8,7 @@ mod vertices;
 
 pub use centres::NormalsOf;
 pub use indices::{Beside, EdgeNumbers, Nearby};
-pub use vertices::{Gradients, renumber_brick};
+pub use vertices::{FAR, Gradients, renumber_brick};
 
 use crate::field::NoForm;
 use crate::mesh::Vertex;

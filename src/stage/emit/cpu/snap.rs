@@ -1,6 +1,6 @@
 //! CPU twin of `shaders/place/snapped.wgsl`: vertices where the field itself crosses iso, all of a batch together.
 
-use super::vertices::{Crossings, crossing};
+use super::vertices::{Crossings, FAR, crossing};
 use crate::field::{Field, NoForm, Points};
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
@@ -56,6 +56,8 @@ pub(super) fn snap<const N: usize>(
             let step = ((steps[0] * x + steps[1] * y) + steps[2] * z).abs();
             let near = (0.5 * params.epsilon / ((step.x + step.y) + step.z)).max(LEAST_NEAR);
             let [at_low, at_high] = batch.ends.map(|end| end[i]);
+            // Where a border is closed there is nothing to look for.
+            let near = if at_low.abs() == FAR || at_high.abs() == FAR { 1.0 } else { near };
             Bracket { low: 0.0, high: 1.0, at_low, at_high, inside_low: inside.test(at_low), near }
         })
         .collect();

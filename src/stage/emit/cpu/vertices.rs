@@ -22,6 +22,9 @@ use multiversion::multiversion;
 /// 2⁻⁹⁰: differences below it are taken of scaled numbers. Some drivers flush results below 2⁻¹²⁶ to zero.
 const SMALL: f32 = f32::from_bits(37 << 23);
 
+/// 2¹⁰⁰, of either sign: the sample of a point beyond a closed border (src/extract/cap.rs). The vertex lies at the edge's other end.
+pub const FAR: f32 = f32::from_bits(227 << 23);
+
 /// A small number times 2¹⁰⁰; 0 for those that some drivers take for 0 (below 2⁻¹²⁶).
 fn scaled(v: f32) -> f32 {
     if v.is_subnormal() { 0.0 } else { v * f32::from_bits(227 << 23) }
@@ -29,6 +32,9 @@ fn scaled(v: f32) -> f32 {
 
 /// Where between the edge's ends the value is iso; in the middle where the ends do not tell.
 pub(super) fn crossing(iso: f32, a: f32, b: f32) -> f32 {
+    if a.abs() == FAR || b.abs() == FAR {
+        return if a.abs() == FAR { 1.0 } else { 0.0 };
+    }
     // The ends straddle iso: where they lie this close together, all three are small.
     let t = if (b - a).abs() < SMALL {
         (scaled(iso) - scaled(a)) / (scaled(b) - scaled(a))
@@ -79,7 +85,13 @@ impl<const N: usize> Crossings<N> {
     #[inline(always)]
     fn place(&mut self, params: &Params) {
         match params.placement {
-            Placement::Midpoint => self.t = [0.5; N],
+            Placement::Midpoint => {
+                for i in 0..N {
+                    let is_far = self.ends[0][i].abs() == FAR || self.ends[1][i].abs() == FAR;
+                    self.t[i] =
+                        if is_far { crossing(params.iso, self.ends[0][i], self.ends[1][i]) } else { 0.5 };
+                }
+            }
             Placement::Linear | Placement::Snapped { .. } => self.cross(params),
         }
         self.position(params);
@@ -93,7 +105,7 @@ impl<const N: usize> Crossings<N> {
         for i in 0..N {
             // `crossing`, without its rare case.
             let t = (params.iso - a[i]) / (b[i] - a[i]);
-            small |= (b[i] - a[i]).abs() < SMALL;
+            small |= ((b[i] - a[i]).abs() < SMALL) | (a[i].abs() == FAR) | (b[i].abs() == FAR);
             let sure =
                 (a[i].abs() < f32::INFINITY) & (b[i].abs() < f32::INFINITY) & (t.abs() < f32::INFINITY);
             let t = if t < 0.0 { 0.0 } else { t };
