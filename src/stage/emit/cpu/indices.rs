@@ -82,7 +82,7 @@ impl<'a> Beside<'a> {
     }
 }
 
-/// The numbers of the vertices on the edges of a brick's cells; scratch of [`emit_indices`].
+/// The numbers of the vertices on the edges of a brick's cells; scratch of [`emit_indices`](super::emit_indices).
 ///
 /// The edges of row (y, z), y and z from 0 to 8, begin at `ROW * (y + 9 z)`: those along x of points
 /// 0–7, then those along y and those along z of points 0–8. Only crossed edges have a number, others
