@@ -2,9 +2,9 @@
 //! threads (`RAYON_NUM_THREADS`): triangles and time.
 //!
 //! For each depth of fidget's octree, the coarsest setting of isoforge's is searched whose error (largest, then RMS, of both
-//! directions, the same code for both) is not larger than fidget's: grids from fidget's finest cells on to twice as many an axis,
-//! on each of them ε down by 14 % a step. With `--one-sided` the error that counts is that of the
-//! mesh's points alone, which does not see what a mesh lacks. Another argument is the beginning of the only shape to measure.
+//! directions, the same code for both) is not larger than fidget's: grids from fidget's finest cells on to twice as many an
+//! axis, on each of them ε down by 14 % a step. With `--one-sided` the error that counts is that of the mesh's points alone,
+//! which does not see what a mesh lacks. Another argument is the beginning of the name of the only shape to measure.
 
 mod error;
 
@@ -106,7 +106,7 @@ fn best(rounds: usize, theirs: impl Fn(), ours: impl Fn()) -> [f64; 2] {
     best
 }
 
-/// Points of a surface: half a cell of fidget's deepest octree apart, a quarter of the next.
+/// Cells an axis of the mesh that points of the surface are taken from: half of those of fidget's deepest octree in size.
 const FINE: u32 = 256;
 /// Passes, in each of which both take their turn.
 const PASSES: usize = 15;
