@@ -1,8 +1,8 @@
 // emit where each invocation looks up and writes what it makes by itself: for software adapters, to which a barrier costs
 // more than reading again. The other form: shared.wgsl.
 
-// The edge of vertex `k` of a brick: its owner's x, y, z and its axis.
-fn edge_of_vertex(slot: u32, k: u32) -> vec4<u32> {
+// The edge of vertex `k` of a brick.
+fn edge_of_vertex(slot: u32, origin: vec3<u32>, k: u32) -> OwnedEdge {
     var z = 0u;
     for (var i = 1u; i < 8u; i++) {
         z += u32((records[slot].planes[i] & 0xffffu) <= k);
@@ -18,31 +18,7 @@ fn edge_of_vertex(slot: u32, k: u32) -> vec4<u32> {
         edges &= edges - 1u;
     }
     let bit = countTrailingZeros(edges);
-    return vec4<u32>(bit & 7u, y, z, bit >> 3u);
-}
-
-@compute @workgroup_size(LANES)
-fn emit_vertices(
-    @builtin(local_invocation_index) lane: u32,
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-) {
-    let slot = slot_of(group, groups);
-    if slot >= batch_end(work.own_active) {
-        return;
-    }
-    let origin = brick_origin(active_list[slot]);
-    let first = offsets[slot].x;
-    let count = edge_vertices(slot);
-    for (var k = lane; k < count; k += LANES) {
-        let place = params.first_vertices.x + first + k - params.vertex_window;
-        if place >= call.vertex_capacity {
-            break;
-        }
-        let edge = edge_of_vertex(slot, k);
-        write_vertex(place, make_vertex(slot, origin, edge.xyz, along(edge.w)));
-    }
-    report_runaway();
+    return OwnedEdge(vec3<u32>(bit & 7u, y, z), along(bit >> 3u));
 }
 
 // Number of the vertex on the edge along `axis` of a point, 0 to 8 along each axis, of the brick or of those beside it.

@@ -22,50 +22,35 @@ fn corner_offset(corner: u32) -> vec3<u32> {
     return vec3<u32>(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
 }
 
-@compute @workgroup_size(LANES)
-fn emit_vertices(
-    @builtin(local_invocation_index) lane: u32,
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-) {
-    let slot = slot_of(group, groups);
-    if slot >= batch_end(work.own_active) {
-        return;
+fn edge_vertices(slot: u32) -> u32 {
+    return offsets[slot + 1u].x - offsets[slot].x;
+}
+
+// The edge of vertex `k` of a brick.
+fn edge_of_vertex(slot: u32, origin: vec3<u32>, k: u32) -> OwnedEdge {
+    var z = 0u;
+    for (var i = 1u; i < 8u; i++) {
+        z += u32((records[slot].planes[i] & 0xffffu) <= k);
     }
-    let origin = brick_origin(active_list[slot]);
-    let first = offsets[slot].x;
-    let count = offsets[slot + 1u].x - first;
-    for (var k = lane; k < count; k += LANES) {
-        let place = params.first_vertices.x + first + k - params.vertex_window;
-        if place >= call.vertex_capacity {
-            break;
-        }
-        var z = 0u;
-        for (var i = 1u; i < 8u; i++) {
-            z += u32((records[slot].planes[i] & 0xffffu) <= k);
-        }
-        let in_plane = k - (records[slot].planes[z] & 0xffffu);
-        var y = 0u;
-        for (var i = 1u; i < 8u; i++) {
-            y += u32(((records[slot].rows[i + 9u * z] >> 9u) & 0x1ffu) <= in_plane);
-        }
-        var skip = k - vertices_before(slot, y, z);
-        let bits = kept_rows(slot, y, z);
-        let shape = row_shape(origin, y, z);
-        var direction = 1u;
-        var edges = crossed_towards(bits, shape, direction);
-        while direction < 7u && skip >= countOneBits(edges) {
-            skip -= countOneBits(edges);
-            direction++;
-            edges = crossed_towards(bits, shape, direction);
-        }
-        for (; skip > 0u; skip--) {
-            edges &= edges - 1u;
-        }
-        let owner = vec3<u32>(countTrailingZeros(edges), y, z);
-        write_vertex(place, make_vertex(slot, origin, owner, corner_offset(direction)));
+    let in_plane = k - (records[slot].planes[z] & 0xffffu);
+    var y = 0u;
+    for (var i = 1u; i < 8u; i++) {
+        y += u32(((records[slot].rows[i + 9u * z] >> 9u) & 0x1ffu) <= in_plane);
     }
-    report_runaway();
+    var skip = k - vertices_before(slot, y, z);
+    let bits = kept_rows(slot, y, z);
+    let shape = row_shape(origin, y, z);
+    var direction = 1u;
+    var edges = crossed_towards(bits, shape, direction);
+    while direction < 7u && skip >= countOneBits(edges) {
+        skip -= countOneBits(edges);
+        direction++;
+        edges = crossed_towards(bits, shape, direction);
+    }
+    for (; skip > 0u; skip--) {
+        edges &= edges - 1u;
+    }
+    return OwnedEdge(vec3<u32>(countTrailingZeros(edges), y, z), corner_offset(direction));
 }
 
 // Number of the vertex on an edge of a cell: its lower corner in the low three bits, and above them the direction.

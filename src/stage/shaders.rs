@@ -41,6 +41,7 @@ const SERIAL_ROWS: &str = include_str!("../../shaders/brick/serial_rows.wgsl");
 const SHARED_ROWS: &str = include_str!("../../shaders/brick/shared_rows.wgsl");
 const READ_SAMPLES: &str = include_str!("../../shaders/brick/read_samples.wgsl");
 const READ_ROWS: &str = include_str!("../../shaders/brick/read_rows.wgsl");
+const EMIT_ONE_BY_ONE: &str = include_str!("../../shaders/emit/one_by_one.wgsl");
 const EMIT_SERIAL: &str = include_str!("../../shaders/emit/serial.wgsl");
 const EMIT_SHARED: &str = include_str!("../../shaders/emit/shared.wgsl");
 const PLACE_LINEAR: &str = include_str!("../../shaders/place/linear.wgsl");
@@ -274,7 +275,7 @@ pub fn emit(
     let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
     let lanes = if counted || is_snapped { "const LANES = 256u;" } else { "const LANES = 64u;" };
     let of_form = match form {
-        Form::Serial => link(&[SERIAL_ROWS, EMIT_SERIAL]),
+        Form::Serial => link(&[SERIAL_ROWS, EMIT_ONE_BY_ONE, EMIT_SERIAL]),
         Form::Shared | Form::Subgroup => EMIT_SHARED.into(),
     };
     let shared = link(&[PARAMS, WORK, INSIDE, GRID, HEADER, READ_MAP, MAP, ROW, UNIT]);
@@ -283,7 +284,7 @@ pub fn emit(
     match method {
         Method::MarchingCubes => cubes(),
         Method::Mc33 => link(&[&cubes(), EMIT_CENTRES]),
-        Method::Tetrahedra => link(&[&shared, TETRA_RECORD, EMIT_TETRAHEDRA]),
+        Method::Tetrahedra => link(&[&shared, TETRA_RECORD, EMIT_ONE_BY_ONE, EMIT_TETRAHEDRA]),
     }
 }
 
