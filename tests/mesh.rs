@@ -6,6 +6,7 @@ mod check;
 mod clean;
 #[path = "mesh/colours.rs"]
 mod colours;
+mod common;
 #[path = "mesh/crease.rs"]
 mod crease;
 #[path = "mesh/damage.rs"]

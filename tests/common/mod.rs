@@ -106,6 +106,21 @@ impl Random {
     pub fn unit(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1 << 24) as f32
     }
+
+    /// Below `n`.
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+
+    /// In the unit ball.
+    pub fn in_ball(&mut self) -> Vec3 {
+        loop {
+            let p = Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0;
+            if p.length() < 1.0 {
+                return p;
+            }
+        }
+    }
 }
 
 /// Samples that make every kind of case, ties, NaN and infinities included, around iso 0.

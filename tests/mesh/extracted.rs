@@ -1,5 +1,6 @@
 //! Meshes as extraction makes them, and noise.
 
+use crate::common::Random;
 use glam::Vec3;
 use isoforge::extract::{Options, Source, extract_on_cpu};
 use isoforge::field::named::Named;
@@ -48,34 +49,4 @@ pub fn soup(mesh: &Mesh, shake: f32, random: &mut Random) -> Mesh {
     }
     let triangles = (0..mesh.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
     Mesh { vertices, triangles }
-}
-
-/// A small, well-mixed generator (splitmix64).
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-
-    pub fn unit(&mut self) -> f32 {
-        (self.next() >> 40) as f32 / (1 << 24) as f32
-    }
-
-    pub fn in_ball(&mut self) -> Vec3 {
-        loop {
-            let p = Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0;
-            if p.length() < 1.0 {
-                return p;
-            }
-        }
-    }
 }

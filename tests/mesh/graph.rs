@@ -8,7 +8,8 @@ use petgraph::graphmap::UnGraphMap;
 use petgraph::unionfind::UnionFind;
 use proptest::prelude::*;
 
-use crate::extracted::{Random, named, noise};
+use crate::common::Random;
+use crate::extracted::{named, noise};
 use crate::shapes::both;
 
 /// What both count.

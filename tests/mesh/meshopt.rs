@@ -6,7 +6,8 @@ use glam::Vec3;
 use isoforge::mesh::{Budget, Mesh, Unfit, triangles_of_strip};
 use proptest::prelude::*;
 
-use crate::extracted::{Random, named, noise};
+use crate::common::Random;
+use crate::extracted::{named, noise};
 use crate::shapes::{both, cube, torus};
 
 /// How often each triangle is there: by its corners' positions, the lowest first, in the order of the winding.

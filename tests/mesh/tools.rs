@@ -4,7 +4,8 @@ use glam::Vec3;
 use isoforge::mesh::{Least, Mesh, SmoothError, Taubin, triangles_of_strip};
 use proptest::prelude::*;
 
-use crate::extracted::{Random, named, noise, soup, ties};
+use crate::common::Random;
+use crate::extracted::{named, noise, soup, ties};
 use crate::shapes::{both, cube, mesh, tetrahedron, torus};
 
 /// The shortest edge.
