@@ -21,7 +21,7 @@ use wgpu::BufferUsages as U;
 
 /// Where samples come from, as kernels that are compiled later need it.
 #[derive(Debug)]
-enum Kept {
+enum SourceText {
     Volume(Scalar),
     /// The field's text.
     Field(Box<Wgsl>),
@@ -30,7 +30,7 @@ enum Kept {
 /// The kernels that depend on where samples come from.
 #[derive(Debug)]
 pub(crate) struct SourceKernels {
-    kept: Kept,
+    text: SourceText,
     pub(super) range: Range,
     pub(super) bounds: Option<Bounds>,
     sample: Option<Samplers>,
@@ -50,22 +50,22 @@ pub(crate) struct MethodKernels {
 
 impl SourceKernels {
     pub(super) fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
-        let (kept, sample, bounds) = match samples {
-            Samples::Volume(scalar) => (Kept::Volume(scalar), None, None),
+        let (text, sample, bounds) = match samples {
+            Samples::Volume(scalar) => (SourceText::Volume(scalar), None, None),
             Samples::Field(wgsl) => {
                 // The texts ask whether there is data, which may be large.
                 let data = wgsl.data.iter().take(1).copied().collect();
-                let kept = Kept::Field(Box::new(Wgsl { data, ..wgsl.clone() }));
-                (kept, Some(Samplers::new(wgsl)), Bounds::new(gpu, wgsl)?)
+                let text = SourceText::Field(Box::new(Wgsl { data, ..wgsl.clone() }));
+                (text, Some(Samplers::new(wgsl)), Bounds::new(gpu, wgsl)?)
             }
         };
-        Ok(Self { kept, range: Range::new(gpu, samples)?, bounds, sample, methods: Default::default() })
+        Ok(Self { text, range: Range::new(gpu, samples)?, bounds, sample, methods: Default::default() })
     }
 
     fn samples(&self) -> Samples<'_> {
-        match &self.kept {
-            Kept::Volume(scalar) => Samples::Volume(*scalar),
-            Kept::Field(wgsl) => Samples::Field(wgsl),
+        match &self.text {
+            SourceText::Volume(scalar) => Samples::Volume(*scalar),
+            SourceText::Field(wgsl) => Samples::Field(wgsl),
         }
     }
 
