@@ -26,6 +26,8 @@ mod odd;
 mod rib;
 #[path = "mesh/shapes.rs"]
 mod shapes;
+#[path = "mesh/simplify.rs"]
+mod simplify;
 #[path = "mesh/targets.rs"]
 mod targets;
 #[path = "mesh/tools.rs"]

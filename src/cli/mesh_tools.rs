@@ -7,7 +7,7 @@ use super::{Failure, picture};
 use crate::mesh::check::Report;
 use crate::mesh::read::{ReadError, read};
 use crate::mesh::write::{self, Extra, write_with};
-use crate::mesh::{Least, Mesh, Taubin};
+use crate::mesh::{Budget, Least, Mesh, Taubin};
 use crate::scene;
 use clap::Args;
 use serde_json::{Value, json};
@@ -38,12 +38,12 @@ pub struct MeshToolsArgs {
     #[arg(long, value_name = "ITERATIONS", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub smooth: Option<u32>,
 
-    /// 5. Collapse edges down to so many triangles (feature `meshopt`)
+    /// 5. Collapse edges down to so many triangles; the topology stays
     #[arg(long, value_name = "TRIANGLES")]
     pub simplify: Option<usize>,
 
     /// Collapse edges while the surface moves by no more than this, in world units; with --simplify, whichever ends
-    /// first (feature `meshopt`)
+    /// first
     #[arg(long, value_name = "DISTANCE", value_parser = length, allow_negative_numbers = true)]
     pub simplify_error: Option<f32>,
 
@@ -78,12 +78,7 @@ pub struct MeshToolsArgs {
 impl MeshToolsArgs {
     /// A flag that only the feature `meshopt` has an answer to.
     fn of_meshopt(&self) -> Option<&'static str> {
-        let flags = [
-            (self.simplify.is_some(), "--simplify"),
-            (self.simplify_error.is_some(), "--simplify-error"),
-            (self.optimize, "--optimize"),
-            (self.strips, "--strips"),
-        ];
+        let flags = [(self.optimize, "--optimize"), (self.strips, "--strips")];
         flags.into_iter().find_map(|(is_given, flag)| is_given.then_some(flag))
     }
 }
@@ -100,8 +95,9 @@ pub fn run(args: &MeshToolsArgs) -> Result<(), Failure> {
     })?;
     let mut work = Work::new(args, mesh, &progress);
     work.clean()?;
-    #[cfg(feature = "meshopt")]
     work.reduce()?;
+    #[cfg(feature = "meshopt")]
+    work.order()?;
     work.write()?;
     if let Some(path) = &args.stats {
         let seconds = start.elapsed().as_secs_f64();
@@ -244,9 +240,7 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    #[cfg(feature = "meshopt")]
     fn reduce(&mut self) -> Result<(), Failure> {
-        use crate::mesh::Budget;
         let args = self.args;
         if args.simplify.is_some() || args.simplify_error.is_some() {
             let budget = Budget {
@@ -261,9 +255,15 @@ impl<'a> Work<'a> {
             })?;
             let count = self.mesh.triangles.len();
             if args.simplify_error.is_none() && count > budget.triangles {
-                self.remark(&format!("{count} triangles are left: where fewer would fold the surface, or make a part of it vanish, it was left as it was"));
+                self.remark(&format!("{count} triangles are left: fewer would turn over, or close a handle, or a part would vanish"));
             }
         }
+        Ok(())
+    }
+
+    #[cfg(feature = "meshopt")]
+    fn order(&mut self) -> Result<(), Failure> {
+        let args = self.args;
         if args.optimize {
             self.step("optimize", "--optimize", |mesh, _| {
                 let before = mesh.cache_misses();

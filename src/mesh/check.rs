@@ -131,7 +131,6 @@ pub fn check(mesh: &Mesh) -> Report {
 
 /// The vertices of duplicate triangles, of edges that are not manifold or not wound alike, and those whose triangles are not
 /// one fan or cycle: a vertex may be there several times.
-#[cfg(feature = "meshopt")]
 pub(super) fn faulty_vertices(mesh: &Mesh) -> Vec<u32> {
     let rings = Rings::of(mesh);
     let chunks = (0..mesh.vertices.len().div_ceil(CHUNK)).into_par_iter();

@@ -5,13 +5,13 @@ use glam::Vec3;
 mod border;
 pub mod check;
 pub mod clean;
+mod collapse;
 mod components;
 mod crease;
 mod order;
 pub mod read;
 mod repair;
 mod report;
-#[cfg(feature = "meshopt")]
 mod simplify;
 mod smooth;
 mod stitch;
@@ -21,7 +21,6 @@ pub mod write;
 
 pub use components::{Component, Components, Least};
 pub use repair::Repaired;
-#[cfg(feature = "meshopt")]
 pub use simplify::{Budget, Unfit};
 pub use smooth::{SmoothError, Taubin};
 pub use strip::triangles_of_strip;
