@@ -100,7 +100,7 @@ impl Collapses {
         let shared = seen[to as usize];
         let (mut opposite, mut count) = ([u32::MAX; 2], 0);
         for w in self.ring(to).filter(|&w| w != from) {
-            // Once, though it may be in two triangles here.
+            // Two at most are of use, each once, though it is in two triangles here.
             if seen[w as usize] > 0 && !opposite.contains(&w) {
                 if let Some(slot) = opposite.get_mut(count) {
                     *slot = w;
