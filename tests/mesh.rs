@@ -22,6 +22,8 @@ mod graph;
 mod meshopt_tools;
 #[path = "mesh/odd.rs"]
 mod odd;
+#[path = "mesh/polygons.rs"]
+mod polygons;
 #[path = "mesh/rib.rs"]
 mod rib;
 #[path = "mesh/shapes.rs"]

@@ -1,11 +1,11 @@
 //! `isoforge mesh-tools`: a mesh from file to file, through steps in a fixed order, with a check after each.
 
 use super::args::PictureArgs;
+use super::check::read_mesh;
 use super::progress::Progress;
 use super::values::{least, length};
-use super::{Failure, picture};
+use super::{Failure, picture, tell};
 use crate::mesh::check::Report;
-use crate::mesh::read::{ReadError, read};
 use crate::mesh::write::{self, Extra, write_with};
 use crate::mesh::{Least, Mesh, Taubin};
 use crate::scene;
@@ -94,10 +94,7 @@ pub fn run(args: &MeshToolsArgs) -> Result<(), Failure> {
     check(args)?;
     let progress = Progress::new(args.quiet);
     progress.phase("reading");
-    let mesh = read(&args.file).map_err(|error| match error {
-        ReadError::UnknownEnding { .. } => Failure::usage(error),
-        _ => Failure::run(error),
-    })?;
+    let mesh = read_mesh(&args.file, &|text| remark(args, text))?;
     let mut work = Work::new(args, mesh, &progress);
     work.clean()?;
     #[cfg(feature = "meshopt")]
@@ -109,6 +106,12 @@ pub fn run(args: &MeshToolsArgs) -> Result<(), Failure> {
         super::write_text(&stats.to_string(), path)?;
     }
     Ok(())
+}
+
+fn remark(args: &MeshToolsArgs, text: &str) {
+    if !args.quiet {
+        tell(text);
+    }
 }
 
 /// Refuses what cannot work before the file is read.
@@ -170,9 +173,7 @@ impl<'a> Work<'a> {
     }
 
     fn remark(&self, text: &str) {
-        if !self.args.quiet {
-            eprintln!("isoforge: {text}");
-        }
+        remark(self.args, text);
     }
 
     /// Does one step, checks the mesh, and tells what became of it.

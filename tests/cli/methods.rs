@@ -11,7 +11,7 @@ const TWO_BALLS: &str = "min(sqrt((x-0.7)^2 + y^2 + z^2) - 0.4, sqrt((x+0.7)^2 +
 fn mesh(here: &Path, formula: &str, more: &[&str]) -> (Mesh, String) {
     let args = [&["extract", formula, "-n", "40", "-o", "m.ply"], more].concat();
     let said = done(here, &args).err;
-    (read(&here.join("m.ply")).expect("a mesh"), said)
+    (read(&here.join("m.ply")).expect("a mesh").mesh, said)
 }
 
 #[test]
@@ -111,7 +111,7 @@ fn refined_on_the_gpu() {
         let more = ["-n", "8", "--refine", "depth=2", "--backend", backend];
         let args = [&["extract", "dense.csv", "-o", "m.ply"][..], &more].concat();
         let said = done(here.path(), &args).err;
-        (read(&here.path().join("m.ply")).expect("a mesh"), said)
+        (read(&here.path().join("m.ply")).expect("a mesh").mesh, said)
     };
     let ((wanted, _), (found, said)) = (refined("cpu"), refined("gpu"));
     if said.contains("llvmpipe") || said.contains("on the CPU") {
@@ -129,7 +129,7 @@ fn refine_takes_the_scenes_words() {
     std::fs::write(here.path().join("s.toml"), scene).expect("a file");
     let triangles = |more: &[&str]| {
         done(here.path(), &[&["extract", "s.toml", "-L", "1.2", "-o", "m.off"], more].concat());
-        read(&here.path().join("m.off")).expect("a mesh").triangles.len()
+        read(&here.path().join("m.off")).expect("a mesh").mesh.triangles.len()
     };
     let (plain, one) = (triangles(&[]), triangles(&["--refine"]));
     assert!(one > plain);
