@@ -13,6 +13,8 @@ mod crease;
 mod damage;
 #[path = "mesh/extracted.rs"]
 mod extracted;
+#[path = "mesh/flip.rs"]
+mod flip;
 #[path = "mesh/formats.rs"]
 mod formats;
 #[path = "mesh/graph.rs"]

@@ -11,6 +11,7 @@ use crate::extract::{Capped, ExtractError, Extractor, Options, Report, Source, e
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::grid::Grid;
 use crate::mesh::Mesh;
+use crate::mesh::clean::Removed;
 use crate::mesh::write::{self, Extra};
 use crate::track::TrackError;
 use serde_json::Value;
@@ -160,7 +161,8 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
             vertices: finished.vertices.unwrap_or(report.vertices),
             triangles: finished.triangles.unwrap_or(report.triangles),
             degenerate_triangles: finished.degenerate,
-            removed_triangles: finished.removed,
+            removed_triangles: finished.cleaned.unwrap_or_default().triangles as u64,
+            flipped_triangles: finished.cleaned.unwrap_or_default().flipped as u64,
             open_edges: finished.open_edges,
             bricks: report.bricks,
             active_bricks: report.active_bricks,
@@ -323,12 +325,14 @@ fn empty_message(args: &ExtractArgs, loaded: &Loaded, options: &Options, made: &
     format!("the mesh is empty: no sample crosses iso {}; {range}", options.iso)
 }
 
-/// What became of the mesh.
+/// What became of the mesh; nothing is known of one that was not read back.
+#[derive(Default)]
 pub struct Finished {
     pub vertices: Option<u64>,
     pub triangles: Option<u64>,
     pub degenerate: Option<u64>,
-    pub removed: u64,
+    /// What `--no-degenerate` did.
+    pub cleaned: Option<Removed>,
     pub open_edges: Option<u64>,
 }
 
@@ -341,18 +345,9 @@ fn finish(
     seconds: &mut Seconds,
     progress: &Progress,
 ) -> Result<Finished, Failure> {
-    let Some(mut mesh) = mesh else {
-        return Ok(Finished {
-            vertices: None,
-            triangles: None,
-            degenerate: None,
-            removed: 0,
-            open_edges: None,
-        });
-    };
+    let Some(mut mesh) = mesh else { return Ok(Finished::default()) };
     // Where sides of the domain meet, a cap has triangles without area.
-    let removed =
-        if args.no_degenerate || args.method.cap { mesh.remove_degenerate().triangles as u64 } else { 0 };
+    let cleaned = (args.no_degenerate || args.method.cap).then(|| mesh.remove_degenerate());
     let degenerate = Some(mesh.degenerate_count() as u64);
     let open_edges = Some(mesh.open_edges_at_border(grid));
     if let Some(path) = &args.output {
@@ -367,7 +362,7 @@ fn finish(
         vertices: Some(mesh.vertices.len() as u64),
         triangles: Some(mesh.triangles.len() as u64),
         degenerate,
-        removed,
+        cleaned,
         open_edges,
     })
 }
@@ -388,13 +383,15 @@ pub fn summary(
         name.replace_range(end.., "…");
     }
     let mut text = format!("{name}: {vertices} vertices, {triangles} triangles");
-    match (finished.degenerate, finished.removed) {
-        (Some(0) | None, 0) => {}
-        (_, 0) => {
-            text +=
-                &format!(" ({} of zero area; --no-degenerate removes them)", finished.degenerate.unwrap_or(0))
+    let left = finished.degenerate.unwrap_or(0);
+    match finished.cleaned {
+        None if left > 0 => text += &format!(" ({left} of zero area; --no-degenerate removes them)"),
+        None => {}
+        Some(Removed { triangles: 0, flipped: 0, .. }) if left == 0 => {}
+        Some(Removed { triangles, flipped, .. }) => {
+            let flipped = if flipped > 0 { format!("{flipped} flipped, ") } else { String::new() };
+            text += &format!(" ({triangles} of zero area removed, {flipped}{left} left)");
         }
-        (left, removed) => text += &format!(" ({removed} of zero area removed, {} left)", left.unwrap_or(0)),
     }
     if let Some(open @ 1..) = finished.open_edges {
         text += &format!(", {open} open edges where the domain ends");

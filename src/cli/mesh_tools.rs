@@ -258,6 +258,8 @@ impl<'a> Work<'a> {
                 // Vertices at one place would keep each other.
                 mesh.remove_degenerate();
                 let moved = mesh.simplify(&budget).map_err(Failure::run)?;
+                // Where the surface is flat, three vertices may be left on one line.
+                mesh.remove_degenerate();
                 Ok(format!("the surface moved by {moved:.3e}"))
             })?;
             let count = self.mesh.triangles.len();

@@ -14,6 +14,8 @@ pub struct Stats<'a> {
     pub degenerate_triangles: Option<u64>,
     /// Triangles that `--no-degenerate` removed: of zero area, and pairs pressed onto each other.
     pub removed_triangles: u64,
+    /// Triangles of zero area that an edge flip of `--no-degenerate` gave area.
+    pub flipped_triangles: u64,
     /// Edges of one triangle alone where the domain ends; null if the mesh never left the GPU, or went to a file in parts.
     pub open_edges: Option<u64>,
     pub bricks: u64,

@@ -7,6 +7,7 @@ pub mod check;
 pub mod clean;
 mod components;
 mod crease;
+mod flip;
 mod order;
 pub mod read;
 mod repair;

@@ -116,17 +116,52 @@ fn a_hole_cut_free_by_a_bridge() {
 }
 
 #[test]
+fn flat_along_an_axis() {
+    let arrow = [[0, 0], [4, 2], [0, 4], [1, 2]];
+    for zero in 0..3 {
+        let corners = arrow.map(|[x, y]| {
+            let mut words = vec![x.to_string(), y.to_string()];
+            words.insert(zero, "0".into());
+            words.join(" ")
+        });
+        for (ending, text) in texts(&corners.each_ref().map(String::as_str), &[&[0, 1, 2, 3], &[2, 1, 0, 3]])
+        {
+            let mesh = from(ending, text.as_bytes()).unwrap().mesh;
+            // Not across the notch at corner 3.
+            assert!(
+                mesh.triangles.iter().all(|t| t.contains(&1) && t.contains(&3)),
+                "{ending} {:?}",
+                mesh.triangles
+            );
+        }
+    }
+}
+
+#[test]
 fn polygons_without_a_clear_inside_stay_fans() {
     let corners = [
-        "0 3 0", "2 -3 0", "-3 1 0", "3 1 0", "-2 -3 0", "0 0 0", "nan 0 0", "0 3 0", "1 1 1", "2 2 2",
-        "3 3 3",
+        "0 0 0", "6 0 0", "6 6 0", "0 6 0", "2 2 0", "4 2 0", "4 4 0", "2 4 0", "0 0 0", "2 2 0", "3 0 0",
+        "nan 0 0", "9 0 0", "1 -6 0",
     ];
-    // A pentagram, a corner that is there twice, one that is nowhere, two at one place, and all on a line.
-    for face in [[0, 1, 2, 3, 4], [0, 2, 2, 1, 5], [0, 2, 6, 1, 3], [0, 2, 4, 7, 5], [5, 8, 10, 9, 5]] {
-        for (ending, text) in texts(&corners, &[&face]) {
-            let Ok(found) = from(ending, text.as_bytes()) else { continue };
-            let [a, b, c, d, e] = face;
-            assert_eq!(found.mesh.triangles, [[a, b, c], [a, c, d], [a, d, e]], "{ending} {face:?}");
+    let faces: [&[u32]; 8] = [
+        // It crosses itself; a corner lies on an edge of it; a corner is there twice in a row.
+        &[1, 3, 0, 2, 13],
+        &[0, 1, 2, 10, 3],
+        &[0, 1, 5, 5, 3],
+        // Two loops meet in a vertex.
+        &[4, 1, 5, 4, 7, 3],
+        // Both rings of a bridge go round the same way; its ends are two vertices at one place.
+        &[0, 1, 2, 3, 0, 4, 5, 6, 7, 4],
+        &[0, 1, 2, 3, 8, 4, 7, 6, 5, 9],
+        // A corner is nowhere; all are on a line.
+        &[0, 5, 11, 2, 7],
+        &[0, 12, 10, 1],
+    ];
+    for face in faces {
+        for (ending, text) in texts(&corners, &[face]) {
+            let found = from(ending, text.as_bytes()).unwrap().mesh;
+            let want: Vec<[u32; 3]> = face[1..].windows(2).map(|side| [face[0], side[0], side[1]]).collect();
+            assert_eq!(found.triangles, want, "{ending} {face:?}");
         }
     }
 }
