@@ -32,7 +32,6 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let start = Instant::now();
     check_targets(args)?;
     method::check(args)?;
-    colour::check(args)?;
     let memory_budget = backend::memory_budget(args.run.memory_budget);
     picture::check_memory(args, args.run.backend == Backend::Gpu, memory_budget)?;
     let progress = Progress::new(args.quiet);
@@ -42,6 +41,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         }
     };
 
+    colour::check(args, &remark)?;
     progress.phase("reading");
     if planes::run(args, memory_budget, &progress, &remark)? {
         return Ok(());
@@ -172,7 +172,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
             adapter: adapter.as_deref(),
             peak_bytes: report.peak_bytes,
             scratch_bytes: report.scratch_bytes,
-            method: told,
+            method: args.method.named(told),
             refined,
             coloured,
             seconds,
@@ -228,7 +228,7 @@ pub struct Job<'a> {
     pub remark: &'a dyn Fn(&str),
 }
 
-/// A mesh, in numbers that every method has, and what its method tells beside, for `--stats`.
+/// A mesh, in numbers that every method has, and what its method tells beside, for `--stats`; null where that is nothing.
 pub struct Done {
     pub made: Made,
     pub report: Report,
@@ -353,6 +353,7 @@ fn finish(
     if let Some(path) = &args.output {
         progress.phase("writing");
         let since = Instant::now();
+        let painter = painter.filter(|_| colour::has_place(path));
         let coloured = painter.map(|painter| painter.paint(&mesh)).transpose()?;
         let extra = Extra { colours: coloured.as_ref(), strip: None };
         write::write_with(&mesh, &extra, path).map_err(Failure::run)?;

@@ -98,7 +98,7 @@ pub fn run(
             adapter: None,
             peak_bytes: report.peak_bytes,
             scratch_bytes: report.scratch_bytes,
-            method: Value::Null,
+            method: args.method.named(Value::Null),
             refined: None,
             coloured: None,
             seconds,

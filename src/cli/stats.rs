@@ -28,7 +28,7 @@ pub struct Stats<'a> {
     pub peak_bytes: u64,
     /// What is neither samples nor mesh.
     pub scratch_bytes: u64,
-    /// What --track, --sharp or --method tells beside; null of a sweep.
+    /// Its `name`, as of --method, or `sharp`; and what --track, --sharp, --method dmc or octree tells beside.
     pub method: Value,
     /// What --refine tells.
     pub refined: Option<Value>,
