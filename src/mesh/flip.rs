@@ -170,7 +170,6 @@ impl<'a> Flips<'a> {
             && [owner(a, c), owner(c, d)] == [Some(u); 2]
             && owner(b, d) == Some(w)
             && owner(d, a) == Some(u)
-            && self.thin(u).is_none()
             // Not four triangles that are all there is.
             && owner(b, a).is_none_or(|x| x != SEVERAL && !self.mesh.triangles[x as usize].contains(&d));
         if !is_fold {

@@ -116,6 +116,20 @@ fn flaps_go() {
         let new = after.check();
         assert!(new.is_closed_manifold() && new.degenerate_triangles == 0, "{new}");
         assert_eq!((new.volume, new.area < old.area), (old.volume, true));
+
+        // With another thin triangle on the edge from 4 to 3, which is looked at later.
+        let mut more = flap[..7].to_vec();
+        more.extend([[0, 4, 6], [0, 6, 3], [4, 3, 6]]);
+        let mut positions = p.to_vec();
+        positions.push([1.0, 0.0, 2.0]);
+        let turned: Vec<[u32; 3]> = more.iter().map(|t| turn.map(|k| t[k])).collect();
+        let mut after = mesh(&positions, &turned);
+        assert_eq!(after.degenerate_count(), 2);
+        let removed = after.remove_degenerate();
+        assert_eq!((removed.triangles, removed.vertices, removed.flipped), (2, 1, 1));
+        let new = after.check();
+        assert!(new.is_closed_manifold() && new.degenerate_triangles == 0, "{new}");
+        assert_eq!(new.volume, old.volume);
     }
 }
 
@@ -255,7 +269,11 @@ fn what_would_harm_stays() {
     let mut twice = p.to_vec();
     twice.push([1.0, -2.0, 0.0]);
     let twice = mesh(&twice, &[[0, 1, 4], [1, 0, 5], [4, 5, 3]]);
-    for (name, before) in [("bridge", bridge), ("three", three), ("against", against), ("twice", twice)] {
+    // A fold that is all there is.
+    let flat = mesh(&[p[0], p[4], p[1], p[2]], &[[0, 1, 2], [0, 2, 3], [2, 1, 3], [1, 0, 3]]);
+    for (name, before) in
+        [("bridge", bridge), ("three", three), ("against", against), ("twice", twice), ("flat", flat)]
+    {
         let mut after = before.clone();
         // Vertices without a triangle go.
         let removed = after.remove_degenerate();
