@@ -13,6 +13,8 @@ mod crease;
 mod damage;
 #[path = "mesh/extracted.rs"]
 mod extracted;
+#[path = "mesh/flip.rs"]
+mod flip;
 #[path = "mesh/formats.rs"]
 mod formats;
 #[path = "mesh/graph.rs"]
@@ -22,6 +24,8 @@ mod graph;
 mod meshopt_tools;
 #[path = "mesh/odd.rs"]
 mod odd;
+#[path = "mesh/polygons.rs"]
+mod polygons;
 #[path = "mesh/rib.rs"]
 mod rib;
 #[path = "mesh/shapes.rs"]

@@ -191,7 +191,8 @@ pub struct ExtractArgs {
     #[arg(long, value_name = "FILE")]
     pub png: Option<PathBuf>,
 
-    /// Contract the zero-area triangles that samples equal to iso leave behind
+    /// Contract the zero-area triangles that samples equal to iso leave behind; where their corners are three places on a line,
+    /// flip an edge
     #[arg(long)]
     pub no_degenerate: bool,
 

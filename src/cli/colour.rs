@@ -35,15 +35,21 @@ pub struct ColourArgs {
     pub color_parameters: Vec<(String, f64)>,
 }
 
-/// Refuses a file that has no place for colours.
-pub fn check(args: &ExtractArgs) -> Result<(), Failure> {
-    let Some(path) = args.output.as_deref().filter(|_| args.colour.color_by.is_some()) else { return Ok(()) };
-    if write::ending(path).is_some_and(|ending| !["ply", "glb"].contains(&ending)) {
-        return Err(Failure::usage(format!(
-            "-o {}: the format has no place for the colours of --color-by: name the file .ply or .glb",
-            path.display()
-        )));
+/// Whether a mesh file keeps colours.
+pub fn has_place(path: &Path) -> bool {
+    write::ending(path).is_none_or(|ending| ["ply", "glb"].contains(&ending))
+}
+
+/// Refuses a file that has no place for colours, unless a picture shows them: then only remarks on it.
+pub fn check(args: &ExtractArgs, remark: &dyn Fn(&str)) -> Result<(), Failure> {
+    let is_coloured = |_: &&Path| args.colour.color_by.is_some();
+    let output = args.output.as_deref().filter(is_coloured);
+    let Some(path) = output.filter(|path| !has_place(path)) else { return Ok(()) };
+    let what = format!("-o {}: the format has no place for the colours of --color-by", path.display());
+    if args.png.is_none() {
+        return Err(Failure::usage(format!("{what}: name the file .ply or .glb, or draw them (--png)")));
     }
+    remark(&format!("{what}: they are in the picture alone"));
     Ok(())
 }
 

@@ -11,6 +11,7 @@ use crate::extract::{Capped, ExtractError, Extractor, Options, Report, Source, e
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::grid::Grid;
 use crate::mesh::Mesh;
+use crate::mesh::clean::Removed;
 use crate::mesh::write::{self, Extra};
 use crate::track::TrackError;
 use serde_json::Value;
@@ -31,7 +32,6 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let start = Instant::now();
     check_targets(args)?;
     method::check(args)?;
-    colour::check(args)?;
     let memory_budget = backend::memory_budget(args.run.memory_budget);
     picture::check_memory(args, args.run.backend == Backend::Gpu, memory_budget)?;
     let progress = Progress::new(args.quiet);
@@ -41,6 +41,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         }
     };
 
+    colour::check(args, &remark)?;
     progress.phase("reading");
     if planes::run(args, memory_budget, &progress, &remark)? {
         return Ok(());
@@ -160,7 +161,8 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
             vertices: finished.vertices.unwrap_or(report.vertices),
             triangles: finished.triangles.unwrap_or(report.triangles),
             degenerate_triangles: finished.degenerate,
-            removed_triangles: finished.removed,
+            removed_triangles: finished.cleaned.unwrap_or_default().triangles as u64,
+            flipped_triangles: finished.cleaned.unwrap_or_default().flipped as u64,
             open_edges: finished.open_edges,
             bricks: report.bricks,
             active_bricks: report.active_bricks,
@@ -170,7 +172,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
             adapter: adapter.as_deref(),
             peak_bytes: report.peak_bytes,
             scratch_bytes: report.scratch_bytes,
-            method: told,
+            method: args.method.named(told),
             refined,
             coloured,
             seconds,
@@ -226,7 +228,7 @@ pub struct Job<'a> {
     pub remark: &'a dyn Fn(&str),
 }
 
-/// A mesh, in numbers that every method has, and what its method tells beside, for `--stats`.
+/// A mesh, in numbers that every method has, and what its method tells beside, for `--stats`; null where that is nothing.
 pub struct Done {
     pub made: Made,
     pub report: Report,
@@ -323,12 +325,14 @@ fn empty_message(args: &ExtractArgs, loaded: &Loaded, options: &Options, made: &
     format!("the mesh is empty: no sample crosses iso {}; {range}", options.iso)
 }
 
-/// What became of the mesh.
+/// What became of the mesh; nothing is known of one that was not read back.
+#[derive(Default)]
 pub struct Finished {
     pub vertices: Option<u64>,
     pub triangles: Option<u64>,
     pub degenerate: Option<u64>,
-    pub removed: u64,
+    /// What `--no-degenerate` did.
+    pub cleaned: Option<Removed>,
     pub open_edges: Option<u64>,
 }
 
@@ -341,23 +345,15 @@ fn finish(
     seconds: &mut Seconds,
     progress: &Progress,
 ) -> Result<Finished, Failure> {
-    let Some(mut mesh) = mesh else {
-        return Ok(Finished {
-            vertices: None,
-            triangles: None,
-            degenerate: None,
-            removed: 0,
-            open_edges: None,
-        });
-    };
+    let Some(mut mesh) = mesh else { return Ok(Finished::default()) };
     // Where sides of the domain meet, a cap has triangles without area.
-    let removed =
-        if args.no_degenerate || args.method.cap { mesh.remove_degenerate().triangles as u64 } else { 0 };
+    let cleaned = (args.no_degenerate || args.method.cap).then(|| mesh.remove_degenerate());
     let degenerate = Some(mesh.degenerate_count() as u64);
     let open_edges = Some(mesh.open_edges_at_border(grid));
     if let Some(path) = &args.output {
         progress.phase("writing");
         let since = Instant::now();
+        let painter = painter.filter(|_| colour::has_place(path));
         let coloured = painter.map(|painter| painter.paint(&mesh)).transpose()?;
         let extra = Extra { colours: coloured.as_ref(), strip: None };
         write::write_with(&mesh, &extra, path).map_err(Failure::run)?;
@@ -367,7 +363,7 @@ fn finish(
         vertices: Some(mesh.vertices.len() as u64),
         triangles: Some(mesh.triangles.len() as u64),
         degenerate,
-        removed,
+        cleaned,
         open_edges,
     })
 }
@@ -388,13 +384,15 @@ pub fn summary(
         name.replace_range(end.., "…");
     }
     let mut text = format!("{name}: {vertices} vertices, {triangles} triangles");
-    match (finished.degenerate, finished.removed) {
-        (Some(0) | None, 0) => {}
-        (_, 0) => {
-            text +=
-                &format!(" ({} of zero area; --no-degenerate removes them)", finished.degenerate.unwrap_or(0))
+    let left = finished.degenerate.unwrap_or(0);
+    match finished.cleaned {
+        None if left > 0 => text += &format!(" ({left} of zero area; --no-degenerate removes them)"),
+        None => {}
+        Some(Removed { triangles: 0, flipped: 0, .. }) if left == 0 => {}
+        Some(Removed { triangles, flipped, .. }) => {
+            let flipped = if flipped > 0 { format!("{flipped} flipped, ") } else { String::new() };
+            text += &format!(" ({triangles} of zero area removed, {flipped}{left} left)");
         }
-        (left, removed) => text += &format!(" ({removed} of zero area removed, {} left)", left.unwrap_or(0)),
     }
     if let Some(open @ 1..) = finished.open_edges {
         text += &format!(", {open} open edges where the domain ends");

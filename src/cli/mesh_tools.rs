@@ -1,11 +1,11 @@
 //! `isoforge mesh-tools`: a mesh from file to file, through steps in a fixed order, with a check after each.
 
 use super::args::PictureArgs;
+use super::check::read_mesh;
 use super::progress::Progress;
 use super::values::{least, length};
-use super::{Failure, picture};
+use super::{Failure, picture, tell};
 use crate::mesh::check::Report;
-use crate::mesh::read::{ReadError, read};
 use crate::mesh::write::{self, Extra, write_with};
 use crate::mesh::{Budget, Least, Mesh, Taubin};
 use crate::scene;
@@ -89,10 +89,7 @@ pub fn run(args: &MeshToolsArgs) -> Result<(), Failure> {
     check(args)?;
     let progress = Progress::new(args.quiet);
     progress.phase("reading");
-    let mesh = read(&args.file).map_err(|error| match error {
-        ReadError::UnknownEnding { .. } => Failure::usage(error),
-        _ => Failure::run(error),
-    })?;
+    let mesh = read_mesh(&args.file, &|text| remark(args, text))?;
     let mut work = Work::new(args, mesh, &progress);
     work.clean()?;
     work.reduce()?;
@@ -105,6 +102,12 @@ pub fn run(args: &MeshToolsArgs) -> Result<(), Failure> {
         super::write_text(&stats.to_string(), path)?;
     }
     Ok(())
+}
+
+fn remark(args: &MeshToolsArgs, text: &str) {
+    if !args.quiet {
+        tell(text);
+    }
 }
 
 /// Refuses what cannot work before the file is read.
@@ -166,9 +169,7 @@ impl<'a> Work<'a> {
     }
 
     fn remark(&self, text: &str) {
-        if !self.args.quiet {
-            eprintln!("isoforge: {text}");
-        }
+        remark(self.args, text);
     }
 
     /// Does one step, checks the mesh, and tells what became of it.
@@ -251,6 +252,8 @@ impl<'a> Work<'a> {
                 // Vertices at one place would keep each other.
                 mesh.remove_degenerate();
                 let moved = mesh.simplify(&budget).map_err(Failure::run)?;
+                // Where the surface is flat, three vertices may be left on one line.
+                mesh.remove_degenerate();
                 Ok(format!("the surface moved by {moved:.3e}"))
             })?;
             let count = self.mesh.triangles.len();

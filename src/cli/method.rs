@@ -17,6 +17,7 @@ use crate::scene;
 use crate::sharp;
 use crate::stage::params::Params;
 use crate::track::{self, Seeds, TrackError, TrackReport};
+use clap::ValueEnum;
 use serde_json::{Value, json};
 
 /// The most seeds without surface that are told one by one.
@@ -50,6 +51,17 @@ impl MethodArgs {
     /// Whether the stages of the uniform grid do it.
     fn is_sweep(&self) -> bool {
         !self.sharp && self.method.of_cells().is_some()
+    }
+
+    /// For `--stats`: the name of the method, and what it told beside.
+    pub fn named(&self, told: Value) -> Value {
+        let method = self.method.to_possible_value();
+        let name = method.as_ref().map(|value| value.get_name()).filter(|_| !self.sharp).unwrap_or("sharp");
+        let mut named = json!({ "name": name });
+        if let (Value::Object(named), Value::Object(mut told)) = (&mut named, told) {
+            named.append(&mut told);
+        }
+        named
     }
 
     /// The flag that asks for what only the CPU does.

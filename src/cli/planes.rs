@@ -79,8 +79,7 @@ pub fn run(
     if report.triangles == 0 {
         remark(&format!("the mesh is empty: no sample crosses iso {iso}"));
     }
-    let finished =
-        Finished { vertices: None, triangles: None, degenerate: None, removed: 0, open_edges: None };
+    let finished = Finished::default();
     let seconds = Seconds { total: start.elapsed().as_secs_f64(), ..Seconds::of(&report) };
     remark(&summary(args, &report, &finished, None, seconds.total));
     if let Some(path) = &args.stats {
@@ -89,6 +88,7 @@ pub fn run(
             triangles: report.triangles,
             degenerate_triangles: None,
             removed_triangles: 0,
+            flipped_triangles: 0,
             open_edges: None,
             bricks: report.bricks,
             active_bricks: report.active_bricks,
@@ -98,7 +98,7 @@ pub fn run(
             adapter: None,
             peak_bytes: report.peak_bytes,
             scratch_bytes: report.scratch_bytes,
-            method: Value::Null,
+            method: args.method.named(Value::Null),
             refined: None,
             coloured: None,
             seconds,

@@ -14,6 +14,8 @@ pub struct Stats<'a> {
     pub degenerate_triangles: Option<u64>,
     /// Triangles that `--no-degenerate` removed: of zero area, and pairs pressed onto each other.
     pub removed_triangles: u64,
+    /// Triangles of zero area that an edge flip of `--no-degenerate` gave area.
+    pub flipped_triangles: u64,
     /// Edges of one triangle alone where the domain ends; null if the mesh never left the GPU, or went to a file in parts.
     pub open_edges: Option<u64>,
     pub bricks: u64,
@@ -26,7 +28,7 @@ pub struct Stats<'a> {
     pub peak_bytes: u64,
     /// What is neither samples nor mesh.
     pub scratch_bytes: u64,
-    /// What --track, --sharp or --method tells beside; null of a sweep.
+    /// Its `name`, as of --method, or `sharp`; and what --track, --sharp, --method dmc or octree tells beside.
     pub method: Value,
     /// What --refine tells.
     pub refined: Option<Value>,

@@ -12,6 +12,8 @@ pub struct Removed {
     pub triangles: usize,
     /// Vertices fewer than before; 0 where splitting made more than contraction saved.
     pub vertices: usize,
+    /// Triangles that are left, with area now that an edge is flipped; by [`Mesh::remove_degenerate`] alone.
+    pub flipped: usize,
 }
 
 impl Mesh {
@@ -23,7 +25,7 @@ impl Mesh {
         self.triangles.par_iter().filter(|&&triangle| is_degenerate(&self.vertices, triangle)).count()
     }
 
-    /// Contracts zero-length edges and removes the triangles that collapse with them.
+    /// Contracts zero-length edges, removes the triangles that collapse with them, and flips edges of others without area.
     ///
     /// Marching cubes puts several vertices on one grid point when its sample equals the iso value. The
     /// vertices that edges of no length connect become one, with the normalised sum of their normals
@@ -35,11 +37,15 @@ impl Mesh {
     /// * where the surface now touches itself in a point or along an edge, the vertices there are
     ///   split, so that a mesh that was manifold and consistently wound stays so. A neck pinched flat
     ///   into an edge is cut through (the genus falls), which moves nothing;
+    /// * where the corners of a triangle lie on a line and are different places, its longest edge is flipped, which parts
+    ///   the neighbour over that edge where the middle corner lies; if that edge is a border, the triangle goes, and the border
+    ///   runs by the middle corner; and where the flip would lay a triangle onto an opposite one, both go;
     /// * unused vertices go. What remains keeps its order.
     ///
     /// A closed mesh stays closed, no vertex moves, and the enclosed volume stays. The result has no
-    /// edges of no length, hence no triangle with coincident corners; a triangle with three *different*
-    /// collinear corners stays, since removing it would take moving a vertex. A second run changes
+    /// edges of no length, hence no triangle with coincident corners. A triangle with collinear corners stays where a flip
+    /// would make a second edge between two vertices, or its longest edge has not two triangles, wound alike:
+    /// [`degenerate_count`](Mesh::degenerate_count) tells. A second run changes
     /// nothing. A mesh with a bad index is left as it is. A mesh that was non-manifold before may stay
     /// so, and where a surface has a border, an edge of the border may come to lie on an inner edge and
     /// give it a third triangle: [`check`](Mesh::check) tells.
@@ -58,21 +64,22 @@ impl Mesh {
             })
             .collect();
         let repeats = |&[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
-        // Most meshes have nothing to remove, and need no copy to know it.
-        if coincident.is_empty() && !self.triangles.par_iter().any(repeats) && unused(self) == 0 {
-            return Removed::default();
+        // Most meshes have nothing to contract, and need no copy to know it.
+        if !coincident.is_empty() || self.triangles.par_iter().any(repeats) || unused(self) > 0 {
+            let mut parent: Vec<u32> = (0..count as u32).collect();
+            for &(a, b) in &coincident {
+                join(&mut parent, a, b);
+            }
+            for v in 0..count as u32 {
+                parent[v as usize] = root(&mut parent, v);
+            }
+            *self = stitch::contract(self, &parent);
         }
-        let mut parent: Vec<u32> = (0..count as u32).collect();
-        for &(a, b) in &coincident {
-            join(&mut parent, a, b);
-        }
-        for v in 0..count as u32 {
-            parent[v as usize] = root(&mut parent, v);
-        }
-        *self = stitch::contract(self, &parent);
+        let flipped = self.flip_thin();
         Removed {
             triangles: before.0 - self.triangles.len(),
             vertices: before.1.saturating_sub(self.vertices.len()),
+            flipped,
         }
     }
 
@@ -84,7 +91,11 @@ impl Mesh {
         let is_good = |&v: &u32| vertices.get(v as usize).is_some_and(|v| v.at().is_finite());
         self.triangles.retain(|t| t.iter().all(is_good));
         self.drop_unused();
-        Removed { triangles: before.0 - self.triangles.len(), vertices: before.1 - self.vertices.len() }
+        Removed {
+            triangles: before.0 - self.triangles.len(),
+            vertices: before.1 - self.vertices.len(),
+            flipped: 0,
+        }
     }
 
     /// Removes the vertices that no triangle names; the others keep their order.

@@ -97,6 +97,10 @@ impl Mesh {
         let mut of_triangle = found.of_triangle.iter();
         self.triangles.retain(|_| of_triangle.next().copied().flatten().is_some_and(stays));
         self.drop_unused();
-        Removed { triangles: before.0 - self.triangles.len(), vertices: before.1 - self.vertices.len() }
+        Removed {
+            triangles: before.0 - self.triangles.len(),
+            vertices: before.1 - self.vertices.len(),
+            flipped: 0,
+        }
     }
 }

@@ -8,6 +8,7 @@ pub mod clean;
 mod collapse;
 mod components;
 mod crease;
+mod flip;
 mod order;
 pub mod read;
 mod repair;

@@ -74,7 +74,11 @@ impl Mesh {
             self.weld_by_cells(f64::from(distance));
         }
         self.triangles.retain(|&[a, b, c]| a != b && b != c && c != a);
-        Ok(Removed { triangles: before.0 - self.triangles.len(), vertices: before.1 - self.vertices.len() })
+        Ok(Removed {
+            triangles: before.0 - self.triangles.len(),
+            vertices: before.1 - self.vertices.len(),
+            flipped: 0,
+        })
     }
 
     /// Kept vertices lie in lists, one for each cubic cell of twice the distance: what is near a point lies in 8 of them.

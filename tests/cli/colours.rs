@@ -236,3 +236,22 @@ fn what_cannot_work_is_refused() {
     }
     assert!(files(here.path()).is_empty());
 }
+
+#[test]
+fn a_picture_shows_what_the_mesh_file_has_no_place_for() {
+    let here = folder();
+    let args = ["extract", "sphere", "-n", "12", "--backend", "cpu", "-o", "a.stl"];
+    done(here.path(), &args);
+    let plain = std::fs::read(here.path().join("a.stl")).expect("a mesh");
+    let run =
+        done(here.path(), &[&args[..], &["--color-by", "x", "--png", "a.png", "--size", "64x64"]].concat());
+    assert!(run.err.contains("-o a.stl: the format has no place for the colours"), "{}", run.err);
+    assert_eq!(std::fs::read(here.path().join("a.stl")).expect("a mesh"), plain);
+    let picture = image::open(here.path().join("a.png")).expect("a picture").to_rgb8();
+    let is_over = |x: u8, y: u8| u16::from(x) > u16::from(y) + 40;
+    let (blue, yellow) = (
+        picture.pixels().any(|p| is_over(p.0[2], p.0[0])),
+        picture.pixels().any(|p| is_over(p.0[1], p.0[2])),
+    );
+    assert!(blue && yellow);
+}

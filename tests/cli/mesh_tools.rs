@@ -36,6 +36,21 @@ fn soup(here: &Path) {
 }
 
 #[test]
+fn small_faces_are_told() {
+    let here = folder();
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2\nl 1 3\n";
+    std::fs::write(here.path().join("a.obj"), text).expect("a file");
+    let said = "isoforge: a.obj: 1 face of fewer than three corners left out\n";
+    for args in [&["check", "a.obj", "--json"][..], &["mesh-tools", "a.obj"]] {
+        let run = done(here.path(), args);
+        assert!(run.err.starts_with(said), "{}", run.err);
+    }
+    assert_eq!(done(here.path(), &["mesh-tools", "a.obj", "-q"]).err, "");
+    std::fs::write(here.path().join("a.obj"), format!("{text}f 2\n")).expect("a file");
+    assert!(done(here.path(), &["check", "a.obj"]).err.contains("a.obj: 2 faces of"));
+}
+
+#[test]
 fn a_soup_becomes_one_smooth_closed_mesh() {
     let here = folder();
     soup(here.path());

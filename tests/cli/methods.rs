@@ -11,7 +11,7 @@ const TWO_BALLS: &str = "min(sqrt((x-0.7)^2 + y^2 + z^2) - 0.4, sqrt((x+0.7)^2 +
 fn mesh(here: &Path, formula: &str, more: &[&str]) -> (Mesh, String) {
     let args = [&["extract", formula, "-n", "40", "-o", "m.ply"], more].concat();
     let said = done(here, &args).err;
-    (read(&here.join("m.ply")).expect("a mesh"), said)
+    (read(&here.join("m.ply")).expect("a mesh").mesh, said)
 }
 
 #[test]
@@ -67,7 +67,13 @@ fn refined_sharp_and_adaptive() {
             serde_json::from_str(&std::fs::read_to_string(here.path().join("s.json")).unwrap()).unwrap();
         assert_eq!(stats["triangles"], found.triangles.len());
         assert_eq!(stats["refined"].is_object(), flags.contains(&"--refine"));
-        assert_eq!(stats["method"].is_object(), flags != ["--refine"]);
+        let name = match flags {
+            ["--method", name] => name,
+            ["--sharp", ..] => "sharp",
+            _ => "mc",
+        };
+        assert_eq!(stats["method"]["name"], name);
+        assert_eq!(stats["method"].as_object().unwrap().len() > 1, flags != ["--refine"]);
     }
 }
 
@@ -111,7 +117,7 @@ fn refined_on_the_gpu() {
         let more = ["-n", "8", "--refine", "depth=2", "--backend", backend];
         let args = [&["extract", "dense.csv", "-o", "m.ply"][..], &more].concat();
         let said = done(here.path(), &args).err;
-        (read(&here.path().join("m.ply")).expect("a mesh"), said)
+        (read(&here.path().join("m.ply")).expect("a mesh").mesh, said)
     };
     let ((wanted, _), (found, said)) = (refined("cpu"), refined("gpu"));
     if said.contains("llvmpipe") || said.contains("on the CPU") {
@@ -129,7 +135,7 @@ fn refine_takes_the_scenes_words() {
     std::fs::write(here.path().join("s.toml"), scene).expect("a file");
     let triangles = |more: &[&str]| {
         done(here.path(), &[&["extract", "s.toml", "-L", "1.2", "-o", "m.off"], more].concat());
-        read(&here.path().join("m.off")).expect("a mesh").triangles.len()
+        read(&here.path().join("m.off")).expect("a mesh").mesh.triangles.len()
     };
     let (plain, one) = (triangles(&[]), triangles(&["--refine"]));
     assert!(one > plain);
@@ -231,4 +237,30 @@ fn the_scenes_of_2003() {
         assert!(number(refined, "distance_max") <= number(equal, "distance_max"), "{table}");
         assert!(number(equal, "distance_rms") > 0.9 * number(refined, "distance_rms"), "{table}");
     }
+}
+
+/// Caps leave triangles whose corners are three places on a line.
+#[test]
+fn nothing_thin_is_left_of_caps() {
+    let here = folder();
+    let mut flipped = 0;
+    for n in ["20", "48"] {
+        let flags = ["--method", "mt", "--cap", "--backend", "cpu", "--stats", "s.json", "-o", "m.ply"];
+        let said = done(here.path(), &[&["extract", "gyroid", "-n", n], &flags[..]].concat()).err;
+        let found = read(&here.path().join("m.ply")).expect("a mesh").mesh;
+        let report = found.check();
+        assert!(report.is_closed_manifold() && report.degenerate_triangles == 0, "{report}");
+        let stats: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(here.path().join("s.json")).unwrap()).unwrap();
+        assert_eq!((&stats["method"]["name"], &stats["degenerate_triangles"]), (&"mt".into(), &0.into()));
+        let count = |name: &str| stats[name].as_u64().unwrap();
+        let turned = match count("flipped_triangles") {
+            0 => String::new(),
+            n => format!("{n} flipped, "),
+        };
+        let told = format!("({} of zero area removed, {turned}0 left)", count("removed_triangles"));
+        assert!(said.contains(&told), "{said}");
+        flipped += count("flipped_triangles");
+    }
+    assert!(flipped > 20, "{flipped}");
 }

@@ -20,7 +20,7 @@ fn extract(folder: &Path, more: &[&str]) -> String {
 
 /// The corners of the mesh.
 fn bounds(folder: &Path) -> [[f32; 2]; 3] {
-    let mesh = isoforge::mesh::read::read(&folder.join("m.ply")).expect("a mesh");
+    let mesh = isoforge::mesh::read::read(&folder.join("m.ply")).expect("a mesh").mesh;
     let (low, high) = mesh.bounds().expect("vertices");
     [0, 1, 2].map(|k| [low[k], high[k]])
 }

@@ -143,7 +143,7 @@ fn other_readers_find_values_and_colours() {
         assert_eq!(colour, coloured.colours[i]);
     }
     assert_eq!(coloured.colours[1], NO_VALUE);
-    assert_eq!(isoforge::mesh::read::read(&path).unwrap(), mesh);
+    assert_eq!(isoforge::mesh::read::read(&path).unwrap().mesh, mesh);
 
     let path = folder.path().join("a.glb");
     let bytes = write_with(&mesh, &extra, &path).unwrap();
@@ -169,7 +169,7 @@ fn other_readers_find_values_and_colours() {
         .collect();
     let want: Vec<f32> = coloured.values.iter().map(|v| if v.is_nan() { 0.0 } else { *v }).collect();
     assert_eq!((values, accessor.count()), (want, 8));
-    assert_eq!(isoforge::mesh::read::read(&path).unwrap(), mesh);
+    assert_eq!(isoforge::mesh::read::read(&path).unwrap().mesh, mesh);
 }
 
 #[test]
@@ -215,9 +215,9 @@ fn a_strip_in_a_file_reads_as_its_triangles() {
         (primitive.mode(), primitive.indices().unwrap().count()),
         (gltf::mesh::Mode::TriangleStrip, 10)
     );
-    let found = isoforge::mesh::read::read(&path).unwrap();
+    let found = isoforge::mesh::read::read(&path).unwrap().mesh;
     assert_eq!(found.triangles, isoforge::mesh::triangles_of_strip(&strip));
     // No triangles, no primitive.
     write_with(&mesh, &Extra { colours: None, strip: Some(&[]) }, &path).unwrap();
-    assert_eq!(isoforge::mesh::read::read(&path).unwrap(), Mesh::default());
+    assert_eq!(isoforge::mesh::read::read(&path).unwrap().mesh, Mesh::default());
 }

@@ -145,7 +145,7 @@ fn ours_reads_ours() {
         for whole in [awkward(), both(&torus(4, 3), &cube(), [7.0; 3])] {
             let (_folder, path) = written(&whole, &format!("a.{}", ending.to_uppercase()));
             assert!(is_mesh_ending(&path));
-            let found = read(&path).unwrap();
+            let found = read(&path).unwrap().mesh;
             if ending == "stl" {
                 assert_eq!(found.triangles.len(), whole.triangles.len());
                 let (a, b) = (found.check(), whole.check());
@@ -170,7 +170,7 @@ fn ours_reads_ours() {
 fn nothing_is_a_valid_file() {
     for ending in ENDINGS {
         let (_folder, path) = written(&Mesh::default(), &format!("none.{ending}"));
-        assert_eq!(read(&path).unwrap(), Mesh::default(), "{ending}");
+        assert_eq!(read(&path).unwrap().mesh, Mesh::default(), "{ending}");
         if ending == "glb" {
             let document = gltf::Gltf::open(&path).unwrap().document;
             assert_eq!(
@@ -187,14 +187,14 @@ fn nothing_is_a_valid_file() {
     let mut bare = tetrahedron();
     bare.vertices.iter_mut().for_each(|v| v.normal = [0.0; 3]);
     let (_folder, path) = written(&bare, "bare.glb");
-    assert_eq!(read(&path).unwrap(), bare);
+    assert_eq!(read(&path).unwrap().mesh, bare);
 }
 
 fn from_text(name: &str, text: &str) -> Result<Mesh, ReadError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     fs::write(&path, text).unwrap();
-    read(&path)
+    Ok(read(&path)?.mesh)
 }
 
 #[test]
@@ -246,7 +246,7 @@ fn ply_of_others() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("big.ply");
     fs::write(&path, big).unwrap();
-    let mesh = read(&path).unwrap();
+    let mesh = read(&path).unwrap().mesh;
     assert_eq!((mesh.triangles[0], mesh.vertices[2].position), ([2, 0, 1], [0.0, 2.0, 0.0]));
 }
 
@@ -270,7 +270,7 @@ fn stl_of_others() {
     let mut bytes = fs::read(&path).unwrap();
     bytes[..12].copy_from_slice(b"solid hello\n");
     fs::write(&path, bytes).unwrap();
-    assert_eq!(read(&path).unwrap().check().genus, Some(0));
+    assert_eq!(read(&path).unwrap().mesh.check().genus, Some(0));
 }
 
 #[test]
@@ -287,7 +287,7 @@ fn glb_nodes_place_their_meshes() {
         .push(serde_json::json!({"children": [0], "translation": [10.0, 0.0, 0.0]}));
     json["scenes"][0]["nodes"] = serde_json::json!([1]);
     fs::write(&path, crate::damage::glb(&json, &bytes[20 + json_length..])).unwrap();
-    let r = read(&path).unwrap().check();
+    let r = read(&path).unwrap().mesh.check();
     assert_eq!(r.bounds, Some([[8.0, 0.0, 0.0], [10.0, 1.0, 1.0]]));
     assert!(!r.has_defects() && (r.volume - 2.0).abs() < 1e-9);
 }

@@ -2,13 +2,12 @@
 
 use std::fs;
 
-use isoforge::mesh::Mesh;
-use isoforge::mesh::read::{ENDINGS, ReadError, read};
+use isoforge::mesh::read::{Contents, ENDINGS, ReadError, read};
 use isoforge::mesh::write::write;
 
 use crate::shapes::tetrahedron;
 
-fn from(ending: &str, bytes: &[u8]) -> Result<Mesh, ReadError> {
+pub fn from(ending: &str, bytes: &[u8]) -> Result<Contents, ReadError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(format!("x.{ending}"));
     fs::write(&path, bytes).unwrap();
@@ -16,7 +15,7 @@ fn from(ending: &str, bytes: &[u8]) -> Result<Mesh, ReadError> {
 }
 
 /// The corners and faces as a text file of each format that has faces of any size.
-fn texts(corners: &[&str], faces: &[&[u32]]) -> [(&'static str, String); 3] {
+pub fn texts(corners: &[&str], faces: &[&[u32]]) -> [(&'static str, String); 3] {
     let row = |face: &&[u32], first: u32| {
         face.iter().map(|v| (v + first).to_string()).collect::<Vec<_>>().join(" ")
     };
@@ -49,19 +48,21 @@ fn texts(corners: &[&str], faces: &[&[u32]]) -> [(&'static str, String); 3] {
 const SQUARE: [&str; 5] = ["0 0 0", "1 0 0", "1 1 0", "0 1 0", "0.5 0.5 0"];
 
 #[test]
-fn polygons_become_fans() {
-    for (ending, text) in texts(&SQUARE, &[&[0, 1, 2, 3], &[4, 0, 1, 2, 3]]) {
-        let mesh = from(ending, text.as_bytes()).unwrap();
-        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [4, 0, 1], [4, 1, 2], [4, 2, 3]], "{ending}");
+fn polygons_become_fans_where_these_are_right() {
+    for (ending, text) in texts(&SQUARE, &[&[0, 1, 2, 3], &[3, 2, 1, 0], &[4, 0, 1, 2, 3]]) {
+        let Contents { mesh, left_out } = from(ending, text.as_bytes()).unwrap();
+        let want = [[0, 1, 2], [0, 2, 3], [3, 2, 1], [3, 1, 0], [4, 0, 1], [4, 1, 2], [4, 2, 3]];
+        assert_eq!((mesh.triangles, left_out), (want.to_vec(), 0), "{ending}");
     }
 }
 
 #[test]
-fn faces_of_fewer_than_three_corners_are_left_out() {
+fn faces_of_fewer_than_three_corners_are_left_out_and_counted() {
     for (ending, text) in texts(&SQUARE, &[&[0, 1], &[0, 1, 2], &[3]]) {
-        let mesh = from(ending, text.as_bytes()).unwrap();
-        assert_eq!((mesh.triangles, mesh.vertices.len()), (vec![[0, 1, 2]], 5), "{ending}");
+        let Contents { mesh, left_out } = from(ending, text.as_bytes()).unwrap();
+        assert_eq!((mesh.triangles, mesh.vertices.len(), left_out), (vec![[0, 1, 2]], 5, 2), "{ending}");
     }
+    assert_eq!(from("obj", b"v 0 0 0\nv 1 0 0\nl 1 2\np 1\nf 1 2\n").unwrap().left_out, 1);
     // One that names what is not there is damage all the same.
     for (ending, text) in texts(&SQUARE, &[&[0, 1, 2], &[0, 9]]) {
         let error = from(ending, text.as_bytes()).unwrap_err().to_string();
@@ -76,14 +77,7 @@ fn faces_of_fewer_than_three_corners_are_left_out() {
 fn lost_positions_are_kept_and_counted() {
     for lost in ["nan 0 0", "0 inf 0", "0 0 -inf", "NaN nan 1"] {
         for (ending, text) in texts(&["0 0 0", "1 0 0", "0 1 0", lost], &[&[0, 1, 2], &[0, 1, 3]]) {
-            let found = from(ending, text.as_bytes());
-            if ending == "ply" {
-                // Text of this format has numbers alone.
-                let error = found.unwrap_err().to_string();
-                assert!(error.contains("x.ply, line 13: ") && error.contains("export it again"), "{error}");
-                continue;
-            }
-            let mut mesh = found.unwrap();
+            let mut mesh = from(ending, text.as_bytes()).unwrap().mesh;
             let report = mesh.check();
             assert_eq!((report.non_finite_vertices, report.triangles), (1, 2), "{ending} {lost}");
             assert!(report.area.is_finite() && report.has_defects());
@@ -99,7 +93,7 @@ fn lost_positions_are_kept_and_counted() {
     for ending in ENDINGS {
         let path = folder.path().join(format!("x.{ending}"));
         write(&lost, &path).unwrap();
-        let found = read(&path).unwrap();
+        let found = read(&path).unwrap().mesh;
         assert_eq!((found.check().non_finite_vertices, found.triangles.len()), (1, 4), "{ending}");
     }
 }
@@ -119,5 +113,5 @@ fn empty_files_are_damage() {
     for ending in ["off", "ply", "stl", "glb"] {
         assert!(from(ending, b"\n\n").is_err(), "{ending}");
     }
-    assert_eq!(from("obj", b"# nothing\n").unwrap(), Mesh::default());
+    assert_eq!(from("obj", b"# nothing\n").unwrap(), Contents::default());
 }

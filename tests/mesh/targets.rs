@@ -84,7 +84,7 @@ fn permissions_and_links_are_those_of_ordinary_files() {
     symlink("a.off", folder.path().join("link.off")).unwrap();
     write(&tetrahedron(), &folder.path().join("link.off")).unwrap();
     assert!(folder.path().join("link.off").is_symlink());
-    assert_eq!(isoforge::mesh::read::read(&path).unwrap().triangles.len(), 4);
+    assert_eq!(isoforge::mesh::read::read(&path).unwrap().mesh.triangles.len(), 4);
 
     // A link to what does not exist yet makes it; one to itself leads nowhere.
     fs::create_dir(folder.path().join("sub")).unwrap();

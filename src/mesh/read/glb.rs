@@ -7,7 +7,8 @@ use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
 use gltf::{Accessor, Document, Gltf, Node, Primitive, Semantic};
 
-use super::{Fault, fan};
+use super::Fault;
+use super::polygon::fan;
 use crate::mesh::{Mesh, Vertex, triangles_of_strip};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {

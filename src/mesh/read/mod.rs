@@ -9,6 +9,7 @@ mod glb;
 mod obj;
 mod off;
 mod ply;
+mod polygon;
 mod stl;
 
 use std::path::{Path, PathBuf};
@@ -92,10 +93,28 @@ impl Fault {
     }
 }
 
+/// What a mesh file holds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Contents {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Faces of fewer than three corners, which the mesh is without.
+    pub left_out: usize,
+}
+
+impl From<Mesh> for Contents {
+    fn from(mesh: Mesh) -> Self {
+        Contents { mesh, left_out: 0 }
+    }
+}
+
 /// Reads a mesh in the format that the ending of `path` stands for.
 ///
-/// * Polygons are cut into triangles as fans from their first corner; points, lines and faces of fewer than three corners
-///   are left out, and so are triangles of a GLB strip that repeat a vertex.
+/// * Polygons are cut into triangles, each edge of the polygon kept: as fans from their first corner where that leaves no
+///   triangle turned over or flat, as of convex ones, else by a Delaunay triangulation of what they enclose, seen along the
+///   axis that they look along most. Polygons that cross or touch themselves are cut as fans all the same.
+/// * Faces of fewer than three corners are left out and counted. Points and lines are left out, and so are triangles of a
+///   GLB strip that repeat a vertex.
 /// * Positions that are NaN or infinite are kept: [`check`](super::check) counts them, and
 ///   [`remove_broken`](Mesh::remove_broken) removes what they spoil.
 /// * Normals are taken from the file where it has them, and zero elsewhere. An OBJ vertex with different
@@ -106,20 +125,20 @@ impl Fault {
 /// # Errors
 ///
 /// [`ReadError`]; each message names the file and, where known, the line.
-pub fn read(path: &Path) -> Result<Mesh, ReadError> {
+pub fn read(path: &Path) -> Result<Contents, ReadError> {
     let found =
         path.extension().and_then(|e| ENDINGS.into_iter().find(|known| e.eq_ignore_ascii_case(known)));
     let format = found.ok_or_else(|| ReadError::UnknownEnding { path: path.into() })?;
     let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
-    let mesh = match format {
+    let contents = match format {
         _ if bytes.is_empty() => Err(Fault::new("the file is empty")),
         "off" => off::parse(&bytes),
         "obj" => obj::parse(&bytes),
         "ply" => ply::parse(&bytes),
-        "stl" => stl::parse(bytes),
-        _ => glb::parse(&bytes),
+        "stl" => stl::parse(bytes).map(Contents::from),
+        _ => glb::parse(&bytes).map(Contents::from),
     };
-    mesh.map_err(|Fault { line, what, supported }| {
+    contents.map_err(|Fault { line, what, supported }| {
         let path = path.into();
         if supported {
             ReadError::Malformed { path, line, what }
@@ -127,13 +146,6 @@ pub fn read(path: &Path) -> Result<Mesh, ReadError> {
             ReadError::Unsupported { path, line, what }
         }
     })
-}
-
-/// Cuts a polygon into a fan of triangles; fewer than three corners make none.
-fn fan(triangles: &mut Vec<[u32; 3]>, corners: &[u32]) {
-    if let [first, rest @ ..] = corners {
-        triangles.extend(rest.windows(2).map(|side| [*first, side[0], side[1]]));
-    }
 }
 
 /// The text of a file. Bytes that are not UTF-8 occur in comments, and are an error only if not there.

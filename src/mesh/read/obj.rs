@@ -9,12 +9,13 @@ use std::borrow::Cow;
 
 use glam::Vec3;
 
-use super::{Fault, countable, fan, text, three};
-use crate::mesh::{Mesh, Vertex};
+use super::polygon::Faces;
+use super::{Contents, Fault, countable, text, three};
+use crate::mesh::Vertex;
 
 #[derive(Default)]
 struct Obj {
-    mesh: Mesh,
+    vertices: Vec<Vertex>,
     normals: Vec<[f32; 3]>,
     /// For each vertex: the normal of its first corner that has one, by number.
     first: Vec<Option<u32>>,
@@ -22,10 +23,12 @@ struct Obj {
     sums: Vec<(Vec3, bool)>,
     /// (line, kind, number) of references to what had not appeared then.
     ahead: Vec<(usize, &'static str, usize)>,
-    faces: usize,
+    /// How many faces have begun.
+    begun: usize,
+    faces: Faces,
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Contents, Fault> {
     let text = text(bytes);
     let mut obj = Obj::default();
     let mut lines = (1..).zip(text.lines());
@@ -42,7 +45,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
         match words.next() {
             Some("v") => {
                 let position = three(&mut words, number)?;
-                obj.mesh.vertices.push(Vertex { position, normal: [0.0; 3] });
+                obj.vertices.push(Vertex { position, normal: [0.0; 3] });
             }
             Some("vn") => obj.normals.push(three(&mut words, number)?),
             Some("f") => {
@@ -52,8 +55,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
                     face.push(v);
                     corners.extend(normal.map(|normal| (v, normal)));
                 }
-                fan(&mut obj.mesh.triangles, &face);
-                obj.faces += 1;
+                obj.faces.add(&face);
+                obj.begun += 1;
             }
             _ => {}
         }
@@ -66,7 +69,7 @@ impl Obj {
     fn corner(&mut self, word: &str, line: usize) -> Result<(u32, Option<u32>), Fault> {
         let mut parts = word.split('/');
         let v = parts.next().unwrap_or("");
-        let v = self.number(v, "vertex", self.mesh.vertices.len(), line)?;
+        let v = self.number(v, "vertex", self.vertices.len(), line)?;
         let normal = match parts.nth(1) {
             Some(n) if !n.is_empty() => Some(self.number(n, "normal", self.normals.len(), line)?),
             _ => None,
@@ -76,7 +79,7 @@ impl Obj {
 
     /// A number from 0, given from 1 or, backwards from what has appeared, from −1.
     fn number(&mut self, word: &str, kind: &'static str, so_far: usize, line: usize) -> Result<u32, Fault> {
-        let face = self.faces;
+        let face = self.begun;
         let bad = || Fault::at(line, format!("face {face} names {kind} {word}, which does not exist"));
         let number = match word
             .parse::<i64>()
@@ -93,17 +96,17 @@ impl Obj {
         Ok(number)
     }
 
-    fn finish(mut self, corners: &[(u32, u32)]) -> Result<Mesh, Fault> {
-        countable(self.mesh.vertices.len())?;
+    fn finish(mut self, corners: &[(u32, u32)]) -> Result<Contents, Fault> {
+        countable(self.vertices.len())?;
         for &(line, kind, number) in &self.ahead {
-            let count = if kind == "vertex" { self.mesh.vertices.len() } else { self.normals.len() };
+            let count = if kind == "vertex" { self.vertices.len() } else { self.normals.len() };
             if number >= count {
                 let what = format!("a face names {kind} {}, but the file has {count}", number + 1);
                 return Err(Fault::at(line, what));
             }
         }
-        self.first = vec![None; self.mesh.vertices.len()];
-        self.sums = vec![(Vec3::ZERO, false); self.mesh.vertices.len()];
+        self.first = vec![None; self.vertices.len()];
+        self.sums = vec![(Vec3::ZERO, false); self.vertices.len()];
         for &(v, normal) in corners {
             let (first, (sum, mixed)) = (&mut self.first[v as usize], &mut self.sums[v as usize]);
             let value = self.normals[normal as usize];
@@ -111,11 +114,11 @@ impl Obj {
             first.get_or_insert(normal);
             *sum += Vec3::from(value);
         }
-        for ((vertex, first), (sum, mixed)) in self.mesh.vertices.iter_mut().zip(self.first).zip(self.sums) {
+        for ((vertex, first), (sum, mixed)) in self.vertices.iter_mut().zip(self.first).zip(self.sums) {
             let Some(first) = first else { continue };
             let unit = sum.try_normalize().filter(|_| mixed);
             vertex.normal = unit.map_or(self.normals[first as usize], |unit| unit.to_array());
         }
-        Ok(self.mesh)
+        Ok(self.faces.finish(self.vertices))
     }
 }

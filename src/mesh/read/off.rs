@@ -1,9 +1,10 @@
 //! OFF text files. Colours and texture coordinates (COFF, STOFF, after a face) are skipped.
 
-use super::{Fault, countable, fan, text, three};
-use crate::mesh::{Mesh, Vertex};
+use super::polygon::Faces;
+use super::{Contents, Fault, countable, text, three};
+use crate::mesh::Vertex;
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Contents, Fault> {
     let text = text(bytes);
     let mut lines = (1..)
         .zip(text.lines())
@@ -43,15 +44,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
         return Err(Fault::at(number, what));
     }
 
-    let mut mesh =
-        Mesh { vertices: Vec::with_capacity(vertex_count), triangles: Vec::with_capacity(face_count) };
+    let mut vertices = Vec::with_capacity(vertex_count);
     for i in 0..vertex_count {
         let (number, line) = lines.next().ok_or_else(|| end(&format!("vertex {i} of {vertex_count}")))?;
         let mut words = line.split_whitespace();
         let position = three(&mut words, number)?;
         let normal = if with_normals { three(&mut words, number)? } else { [0.0; 3] };
-        mesh.vertices.push(Vertex { position, normal });
+        vertices.push(Vertex { position, normal });
     }
+    let mut faces = Faces::with_capacity(face_count);
     let mut corners = Vec::new();
     for i in 0..face_count {
         let (number, line) = lines.next().ok_or_else(|| end(&format!("face {i} of {face_count}")))?;
@@ -72,7 +73,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
             let what = format!("face {i} should have {size} corners, and has {}", corners.len());
             return Err(Fault::at(number, what));
         }
-        fan(&mut mesh.triangles, &corners);
+        faces.add(&corners);
     }
-    Ok(mesh)
+    Ok(faces.finish(vertices))
 }

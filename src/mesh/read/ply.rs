@@ -1,4 +1,4 @@
-//! PLY, text and both binary orders, by `ply-rs-bw`.
+//! PLY: the header and both binary orders by `ply-rs-bw`, text by lines.
 
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
@@ -6,13 +6,15 @@ use ply_rs_bw::ply::{
     ScalarType,
 };
 
-use super::{Fault, countable, fan};
-use crate::mesh::{Mesh, Vertex};
+use super::polygon::Faces;
+use super::{Contents, Fault, countable, text};
+use crate::mesh::Vertex;
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Contents, Fault> {
     let mut reader = Reader::new(bytes);
     let header = Parser::<Other>::new().read_header(&mut reader).map_err(fault)?;
-    let mut mesh = Mesh::default();
+    let mut line = reader.line();
+    let mut vertices = Vec::new();
     let mut faces = Vec::new();
     for element in header.elements.values() {
         fits(element, &header, reader.get_ref().len())?;
@@ -25,33 +27,38 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
                     }
                 }
                 countable(element.count)?;
-                mesh.vertices = elements::<PlyVertex>(&mut reader, element, &header)?
+                vertices = elements::<PlyVertex>(&mut reader, &mut line, element, &header)?
                     .into_iter()
                     .map(|vertex| vertex.0)
                     .collect();
             }
             "face" => {
-                if !INDICES.iter().any(|name| element.properties.contains_key(*name)) {
-                    return Err(Fault::new("the faces have no property vertex_indices"));
+                let is_list = |name| {
+                    let property = element.properties.get(name);
+                    property.is_some_and(|property| matches!(property.data_type, PropertyType::List(..)))
+                };
+                if !INDICES.into_iter().any(is_list) {
+                    return Err(Fault::new("the faces have no list vertex_indices"));
                 }
-                faces = elements::<Face>(&mut reader, element, &header)?;
+                faces = elements::<Face>(&mut reader, &mut line, element, &header)?;
             }
             "tristrips" => return Err(Fault::unsupported(None, "triangle strips are not supported")),
-            _ => drop(elements::<Other>(&mut reader, element, &header)?),
+            _ => drop(elements::<Other>(&mut reader, &mut line, element, &header)?),
         }
     }
     if !header.elements.contains_key("vertex") {
         return Err(Fault::new("the file has no vertices: no element is named vertex"));
     }
+    let mut mesh = Faces::with_capacity(faces.len());
     for (i, face) in faces.iter().enumerate() {
-        if let Some(v) = face.0.iter().find(|&&v| v as usize >= mesh.vertices.len()) {
-            let count = mesh.vertices.len();
+        let count = vertices.len();
+        if let Some(v) = face.0.iter().find(|&&v| v as usize >= count) {
             // Negative numbers were turned over, as they are in the file.
             return Err(Fault::new(format!("face {i} names vertex {}, but there are {count}", *v as i32)));
         }
-        fan(&mut mesh.triangles, &face.0);
+        mesh.add(&face.0);
     }
-    Ok(mesh)
+    Ok(mesh.finish(vertices))
 }
 
 fn fault(error: ParseError) -> Fault {
@@ -65,15 +72,62 @@ fn fault(error: ParseError) -> Fault {
 
 fn elements<E: PropertyAccess>(
     reader: &mut Reader<&[u8]>,
+    line: &mut usize,
     element: &ElementDef,
     header: &Header,
 ) -> Result<Vec<E>, Fault> {
-    let binary = header.encoding != Encoding::Ascii;
-    Parser::<E>::new().read_payload_for_element(reader, element, header).map_err(|error| {
-        let fault = fault(error);
-        // The parser counts binary elements as lines.
-        Fault { line: fault.line.filter(|_| !binary), ..fault }
-    })
+    if header.encoding == Encoding::Ascii {
+        return text_elements(reader.get_mut(), line, element);
+    }
+    let elements = Parser::<E>::new().read_payload_for_element(reader, element, header);
+    // The parser counts binary elements as lines.
+    elements.map_err(|error| Fault { line: None, ..fault(error) })
+}
+
+/// Elements of a text file, a line each. The crate's grammar has no `nan` and no `inf`, which programs write all the same.
+fn text_elements<E: PropertyAccess>(
+    rest: &mut &[u8],
+    line: &mut usize,
+    element: &ElementDef,
+) -> Result<Vec<E>, Fault> {
+    let ElementDef { name: kind, count, properties } = element;
+    let mut elements = Vec::with_capacity(*count);
+    for i in 0..*count {
+        if rest.is_empty() {
+            return Err(Fault::new(format!("the file ends where {kind} {i} of {count} should be")));
+        }
+        let end = rest.iter().position(|&byte| byte == b'\n').map_or(rest.len(), |at| at + 1);
+        let (this, after) = rest.split_at(end);
+        let this = text(this);
+        let mut words = this.split_whitespace();
+        let fewer = |name| Fault::at(*line, format!("{kind} {i} ends before all of its {name}"));
+        let bad = |word| Fault::at(*line, format!("{kind} {i}: {word:?} is no number of its type"));
+        let mut new = E::new();
+        for (name, property) in properties {
+            let word = words.next().ok_or_else(|| fewer(name))?;
+            if let PropertyType::Scalar(_) = property.data_type {
+                new.set_float(name, word.parse().map_err(|_| bad(word))?);
+                continue;
+            }
+            let size: usize = word.parse().map_err(|_| bad(word))?;
+            let list: Vec<&str> = words.by_ref().take(size).collect();
+            if list.len() < size {
+                return Err(fewer(name));
+            }
+            if INDICES.contains(&name.as_str()) {
+                let index = |word: &str| {
+                    let index = word.parse::<i64>().ok()?;
+                    i32::try_from(index).ok().or_else(|| Some(u32::try_from(index).ok()?.cast_signed()))
+                };
+                let list = list.into_iter().map(|word| index(word).ok_or_else(|| bad(word)));
+                new.set_list_int(name, list.collect::<Result<_, _>>()?);
+            }
+        }
+        elements.push(new);
+        *rest = after;
+        *line += 1;
+    }
+    Ok(elements)
 }
 
 /// Refuses counts that what is left of the file cannot hold: the parser would try.
