@@ -1,6 +1,6 @@
 // classify: each brick's crossed owned edges as bit masks, and how many vertices and triangles its
 // rows make. One workgroup a brick, one invocation a row of eight points.
-// CPU twin: src/stage/classify/cpu.rs.
+// CPU twin: src/stage/classify/cpu.rs. The other form: shaders/classify/serial.wgsl.
 
 @group(0) @binding(6) var<storage, read> active_list: array<u32>;
 @group(0) @binding(8) var<storage, read_write> records: array<BrickRecord>;

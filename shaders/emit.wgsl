@@ -4,7 +4,7 @@
 // of their brick and cell. A cell finds the vertices of the bricks beside it through the brick map
 // and the prefix of the edge masks, so the mesh is welded across bricks. CPU twin: src/stage/emit/cpu.rs.
 // Which triangles there are: shaders/emit/cubes.wgsl, tetrahedra.wgsl. Who makes which vertex and triangle of cubes:
-// shaders/emit/serial.wgsl, shared.wgsl.
+// shaders/emit/workgroup.wgsl. How many invocations a workgroup has, LANES and ROW_LANES, says the form.
 
 @group(0) @binding(6) var<storage, read> active_list: array<u32>;
 // First vertex and triangle of each slot, within the slab.

@@ -4,9 +4,10 @@
 @group(0) @binding(6) var<storage, read> active_list: array<u32>;
 @group(0) @binding(12) var<storage, read_write> samples: array<f32>;
 
-@compute @workgroup_size(9, 9, 3)
+// In one dimension: software adapters fill up the first one to their vectors' length.
+@compute @workgroup_size(243)
 fn sample(
-    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
@@ -15,11 +16,11 @@ fn sample(
         return;
     }
     let origin = brick_origin(active_list[slot]);
-    for (var z = local.z; z < 9u; z += 3u) {
+    for (var i = lane; i < 729u; i += 243u) {
         // Points past the grid's end repeat the last one; no stage looks at them.
-        let point = min(origin + vec3<u32>(local.xy, z), params.points - vec3<u32>(1u));
-        let place = (slot - call.first_slot) * 729u + local.x + 9u * (local.y + 9u * z);
-        samples[place] = density(grid_position(vec3<f32>(point)));
+        let local = vec3<u32>(i % 9u, (i / 9u) % 9u, i / 81u);
+        let point = min(origin + local, params.points - vec3<u32>(1u));
+        samples[(slot - call.first_slot) * 729u + i] = density(grid_position(vec3<f32>(point)));
     }
     report_runaway();
 }

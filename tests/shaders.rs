@@ -107,12 +107,11 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
         let samples = Samples::Field(&wgsl);
         sources.push((format!("cull, {name}"), shaders::cull(samples)));
         sources.push((format!("sample, {name}"), shaders::sample(&wgsl)));
-        sources.extend(
-            shaders::sample_planes(&wgsl).map(|source| (format!("sample by planes, {name}"), source)),
-        );
         sources.extend(shaders::bounds(&wgsl).map(|source| (format!("bounds, {name}"), source)));
         sources.push((format!("refine place, {name}"), shaders::refine_place(&wgsl)));
         for form in Form::ALL {
+            let planes = shaders::sample_planes(&wgsl, form);
+            sources.extend(planes.map(|source| (format!("sample by planes, {name}, {form:?}"), source)));
             for method in Method::ALL {
                 let source = shaders::classify(samples, method, form);
                 sources.push((format!("classify, {name}, {method:?}, {form:?}"), source));

@@ -1,13 +1,8 @@
-// What classify looks up of a brick, brought together by its workgroup: for GPUs. The other form: serial_rows.wgsl.
+// What classify looks up of a brick, brought together by its workgroup: for GPUs. The other form: shaders/classify/serial.wgsl.
 // `load_rows`, which does it, is that of read_rows.wgsl, read_samples.wgsl, or shaders/source/evaluate.wgsl.
 
 // Inside bits of the nine points of row y + 9 z; in the upper half, which of them are NaN or infinite.
 var<workgroup> brick_rows: array<atomic<u32>, 81>;
-
-// What the bits of a sample say, to be shifted by its x.
-fn sample_flags(bits: u32) -> u32 {
-    return u32(is_inside(bits)) | (u32(!is_finite(bits)) << 16u);
-}
 
 // Inside bits of the rows (y, z), (y+1, z), (y, z+1), (y+1, z+1).
 fn rows_at(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> vec4<u32> {

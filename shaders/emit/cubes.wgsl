@@ -61,11 +61,17 @@ fn write_triangles(slot: u32, brick: u32, origin: vec3<u32>, row: u32) {
         centre = first_centre(slot, row);
     }
     let bits = cell_rows(slot, origin, y, z);
-    for (var mixed = mixed_cells(bits, row_shape(origin, y, z)); mixed != 0u; mixed &= mixed - 1u) {
+    var mixed = mixed_cells(bits, row_shape(origin, y, z));
+    if mixed == 0u {
+        return;
+    }
+    // Loops that ask at their end: where the condition comes first, lavapipe runs through all once more, for nothing.
+    loop {
         let cell = vec3<u32>(countTrailingZeros(mixed), y, z);
         let entry = cell_entry(slot, origin, cell, cell_case(bits, cell.x));
         let count = triangle_count(entry);
-        for (var t = 0u; t < count; t++) {
+        var t = 0u;
+        loop {
             if triangle < call.triangle_capacity {
                 let corners = triangle_of(t, entry, cell, brick, slot, centre);
                 indices[3u * triangle] = corners.x;
@@ -73,8 +79,16 @@ fn write_triangles(slot: u32, brick: u32, origin: vec3<u32>, row: u32) {
                 indices[3u * triangle + 2u] = corners.z;
             }
             triangle++;
+            continuing {
+                t++;
+                break if t >= count;
+            }
         }
         centre -= centre_count(entry);
+        continuing {
+            mixed &= mixed - 1u;
+            break if mixed == 0u;
+        }
     }
 }
 

@@ -1,5 +1,5 @@
-// Vertices on edges, each looked up by its number: emit of cubes by the serial form, and of tetrahedra by every form. They bring
-// `edge_vertices`, how many a brick has, and `edge_of_vertex`.
+// Vertices on edges, each looked up by its number: emit of tetrahedra, which brings `edge_vertices`, how many a brick has, and
+// `edge_of_vertex`.
 
 // An edge of a brick: its owner, and the way to its other end, 0 or 1 along each axis.
 struct OwnedEdge {

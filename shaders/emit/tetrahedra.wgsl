@@ -74,10 +74,9 @@ fn vertex_on(edge: u32, origin: vec3<u32>, cell: vec3<u32>, brick: u32, slot: u3
     return params.first_vertices[next.y + 2u * next.z] + offsets[there].x + before;
 }
 
-// One invocation a row.
-@compute @workgroup_size(64)
+@compute @workgroup_size(ROW_LANES)
 fn emit_indices(
-    @builtin(local_invocation_index) row: u32,
+    @builtin(local_invocation_index) lane: u32,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
@@ -86,7 +85,13 @@ fn emit_indices(
         return;
     }
     let brick = active_list[slot];
-    let origin = brick_origin(brick);
+    for (var row = lane; row < 64u; row += ROW_LANES) {
+        write_triangles(slot, brick, brick_origin(brick), row);
+    }
+}
+
+// The triangles of a row's cells, as far as the window has room.
+fn write_triangles(slot: u32, brick: u32, origin: vec3<u32>, row: u32) {
     let y = row % 8u;
     let z = row / 8u;
     let in_plane = (records[slot].rows[y + 9u * z] >> 18u) & 0x3ffu;

@@ -2,6 +2,11 @@
 // and the cells' cases. Shared by classify and emit; the twin in
 // src/stage/classify/cpu.rs does a plane of the brick at a time.
 
+// What the bits of a sample say, to be shifted by its x: inside, and in the upper half NaN or infinite.
+fn sample_flags(bits: u32) -> u32 {
+    return u32(is_inside(bits)) | (u32(!is_finite(bits)) << 16u);
+}
+
 struct RowShape {
     // Bit x: the row's point x is a point of the grid.
     owned: u32,

@@ -5,10 +5,11 @@ use std::fmt;
 /// How the invocations of a workgroup share their work. Chosen when a device is opened; all give the same bytes, which
 /// the tests check.
 ///
-/// The kernels that differ are those of scan, classify and emit: `shaders/group/` and `shaders/brick/`.
+/// The kernels that differ are those of scan, sample, classify and emit: `shaders/group/`, `shaders/brick/` and `shaders/classify/`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Form {
-    /// Each invocation for itself, with as few barriers as can be, which cost software adapters dearly.
+    /// Few invocations and few barriers, both of which cost software adapters dearly: an invocation does a brick where it can, else
+    /// a workgroup of as many as they do at once.
     Serial,
     /// Through memory of the workgroup: works on every GPU.
     Shared,
@@ -21,12 +22,10 @@ impl Form {
     /// Every form.
     pub const ALL: [Self; 3] = [Self::Serial, Self::Shared, Self::Subgroup];
 
-    /// The fastest forms of a device: for bricks (classify and emit), and for scans. Software adapters read each sample of
-    /// a brick once, as GPUs do, which saves them more than its barriers cost (`benches/NOTES.md`); a scan has nothing
-    /// else to save.
+    /// The fastest forms of a device: for bricks (sample, classify and emit), and for scans.
     pub(super) fn best(device: &wgpu::Device, info: &wgpu::AdapterInfo) -> (Self, Self) {
         if info.device_type == wgpu::DeviceType::Cpu {
-            (Self::Shared, Self::Serial)
+            (Self::Serial, Self::Serial)
         } else if Self::Subgroup.works_on(device, info) {
             (Self::Subgroup, Self::Subgroup)
         } else {

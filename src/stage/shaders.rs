@@ -37,13 +37,12 @@ const EVALUATE: &str = include_str!("../../shaders/source/evaluate.wgsl");
 const GROUP_SERIAL: &str = include_str!("../../shaders/group/serial.wgsl");
 const GROUP_SHARED: &str = include_str!("../../shaders/group/shared.wgsl");
 const GROUP_SUBGROUP: &str = include_str!("../../shaders/group/subgroup.wgsl");
-const SERIAL_ROWS: &str = include_str!("../../shaders/brick/serial_rows.wgsl");
+const ROW_FLAGS: &str = include_str!("../../shaders/brick/row_flags.wgsl");
 const SHARED_ROWS: &str = include_str!("../../shaders/brick/shared_rows.wgsl");
 const READ_SAMPLES: &str = include_str!("../../shaders/brick/read_samples.wgsl");
 const READ_ROWS: &str = include_str!("../../shaders/brick/read_rows.wgsl");
 const EMIT_ONE_BY_ONE: &str = include_str!("../../shaders/emit/one_by_one.wgsl");
-const EMIT_SERIAL: &str = include_str!("../../shaders/emit/serial.wgsl");
-const EMIT_SHARED: &str = include_str!("../../shaders/emit/shared.wgsl");
+const EMIT_WORKGROUP: &str = include_str!("../../shaders/emit/workgroup.wgsl");
 const PLACE_LINEAR: &str = include_str!("../../shaders/place/linear.wgsl");
 const PLACE_MIDPOINT: &str = include_str!("../../shaders/place/midpoint.wgsl");
 const PLACE_SNAPPED: &str = include_str!("../../shaders/place/snapped.wgsl");
@@ -64,6 +63,7 @@ const CULL: &str = include_str!("../../shaders/cull.wgsl");
 const SAMPLE: &str = include_str!("../../shaders/sample.wgsl");
 const SAMPLE_PLANES: &str = include_str!("../../shaders/sample_planes.wgsl");
 const CLASSIFY: &str = include_str!("../../shaders/classify.wgsl");
+const CLASSIFY_SERIAL: &str = include_str!("../../shaders/classify/serial.wgsl");
 const CLASSIFY_TETRAHEDRA: &str = include_str!("../../shaders/classify/tetrahedra.wgsl");
 const TETRA_RECORD: &str = include_str!("../../shaders/shared/tetra_record.wgsl");
 const MAP: &str = include_str!("../../shaders/shared/map.wgsl");
@@ -165,10 +165,19 @@ pub fn sample(wgsl: &Wgsl) -> String {
 }
 
 /// The sample stage of a field in a grid along the world's axes, if the field has parts for it.
-pub fn sample_planes(wgsl: &Wgsl) -> Option<String> {
+pub fn sample_planes(wgsl: &Wgsl, form: Form) -> Option<String> {
     let own = field_part(wgsl, wgsl.planes.as_deref()?);
-    Some(link(&[PARAMS, WORK, GRID, &own, SAMPLE_PLANES]))
+    let lanes = match form {
+        Form::Serial => VECTOR,
+        Form::Shared | Form::Subgroup => 81,
+    };
+    let lanes = format!("const LANES = {lanes}u;");
+    Some(link(&[PARAMS, WORK, GRID, &own, &lanes, SAMPLE_PLANES]))
 }
+
+/// Invocations of a workgroup that does a brick in the serial form: as many as software adapters do at once. They start each
+/// such vector by itself, which costs more than a row of a brick.
+const VECTOR: u32 = 8;
 
 /// Sums over workgroups of so many invocations.
 fn group(form: Form, invocations: u32) -> String {
@@ -184,8 +193,8 @@ fn group(form: Form, invocations: u32) -> String {
 /// How a brick's inside bits are found in samples that are there.
 fn rows(form: Form) -> String {
     match form {
-        Form::Serial => SERIAL_ROWS.into(),
-        Form::Shared => link(&[SHARED_ROWS, READ_ROWS]),
+        Form::Serial => ROW_FLAGS.into(),
+        Form::Shared => link(&[SHARED_ROWS, ROW_FLAGS, READ_ROWS]),
         Form::Subgroup => link(&[SHARED_ROWS, READ_SAMPLES]),
     }
 }
@@ -230,7 +239,10 @@ pub fn classify_sampling(wgsl: &Wgsl, form: Form) -> String {
 fn classify_of(source: &str, rows: &str, method: Method, form: Form) -> String {
     let shared = link(&[&group(form, 64), PARAMS, WORK, INSIDE, GRID, source, ROW, &cases(method)]);
     match method {
-        Method::MarchingCubes | Method::Mc33 => link(&[&shared, RECORD, rows, CLASSIFY]),
+        Method::MarchingCubes | Method::Mc33 => {
+            let stage = if form == Form::Serial { CLASSIFY_SERIAL } else { CLASSIFY };
+            link(&[&shared, RECORD, rows, stage])
+        }
         Method::Tetrahedra => link(&[&shared, TETRA_RECORD, CLASSIFY_TETRAHEDRA]),
     }
 }
@@ -272,15 +284,21 @@ pub fn emit(
         Placement::Linear | Placement::Snapped { .. } => PLACE_LINEAR,
     };
     // A brick has at most 1536 vertices. Where loops are counted, or the field is asked often, an invocation should make few.
-    let counted = matches!(samples, Samples::Field(wgsl) if wgsl.counts_loops);
-    let lanes = if counted || is_snapped { "const LANES = 256u;" } else { "const LANES = 64u;" };
-    let of_form = match form {
-        Form::Serial => link(&[SERIAL_ROWS, EMIT_ONE_BY_ONE, EMIT_SERIAL]),
-        Form::Shared | Form::Subgroup => EMIT_SHARED.into(),
+    let (counted, loops) = match samples {
+        // Fields without parts for planes may loop.
+        Samples::Field(wgsl) => (wgsl.counts_loops, wgsl.planes.is_none()),
+        Samples::Volume(_) => (false, false),
     };
+    let lanes = match form {
+        _ if counted || is_snapped => 256,
+        Form::Serial if !loops => VECTOR,
+        Form::Serial | Form::Shared | Form::Subgroup => 64,
+    };
+    let row_lanes = if form == Form::Serial { VECTOR } else { 64 };
+    let lanes = format!("const LANES = {lanes}u;\nconst ROW_LANES = {row_lanes}u;\n");
     let shared = link(&[PARAMS, WORK, INSIDE, GRID, HEADER, READ_MAP, MAP, ROW, UNIT]);
-    let shared = link(&[&shared, &source, lanes, &cases(method), EMIT, place]);
-    let cubes = || link(&[&shared, RECORD, EMIT_CUBES, &of_form]);
+    let shared = link(&[&shared, &source, &lanes, &cases(method), EMIT, place]);
+    let cubes = || link(&[&shared, RECORD, EMIT_CUBES, EMIT_WORKGROUP]);
     match method {
         Method::MarchingCubes => cubes(),
         Method::Mc33 => link(&[&cubes(), EMIT_CENTRES]),

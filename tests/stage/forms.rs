@@ -26,6 +26,7 @@ fn fields() -> Vec<(Named, Grid)> {
 /// Goes red when `rows_at` of `shaders/brick/shared_rows.wgsl` takes row + 8 for row + 9, when `group_before` of
 /// `shaders/group/shared.wgsl` leaves out its last step, and when that of `subgroup.wgsl` does not add the subgroups
 /// before; `reduce` of `shaders/scan.wgsl` without the last value shows in the cube alone.
+/// `shaders/classify/serial.wgsl` with `row_here` in place of `next_here` gives another mesh, too.
 #[test]
 fn give_the_same_bytes() {
     let Some(default) = common::extractor() else { return };

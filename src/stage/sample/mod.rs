@@ -61,7 +61,7 @@ impl Sample {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn by_planes(gpu: &Gpu, wgsl: &Wgsl) -> Result<Self, GpuError> {
-        match shaders::sample_planes(wgsl) {
+        match shaders::sample_planes(wgsl, gpu.form()) {
             Some(source) => Ok(Self(Kernel::new(gpu, &source, "sample", &[])?)),
             None => Self::new(gpu, wgsl),
         }

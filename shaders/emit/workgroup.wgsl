@@ -1,4 +1,4 @@
-// emit where a workgroup brings together what it looks up of its brick: for GPUs. The other form: serial.wgsl.
+// emit of cubes: who makes which vertex and triangle. A workgroup brings together what it looks up of its brick.
 
 // The edge of each vertex: row in bits 5 and up, below it the bit of the row's word.
 var<workgroup> brick_edges: array<u32, 1536>;
@@ -11,12 +11,14 @@ fn emit_vertices(
 ) {
     let slot = slot_of(group, groups);
     let live = slot < batch_end(work.own_active);
-    if live && lane < 64u {
-        let word = records[slot].rows[lane];
-        var place = (records[slot].planes[lane / 8u] & 0xffffu) + (word >> 24u);
-        for (var edges = word & 0xffffffu; edges != 0u; edges &= edges - 1u) {
-            brick_edges[place] = (lane << 5u) | countTrailingZeros(edges);
-            place++;
+    if live {
+        for (var row = lane; row < 64u; row += LANES) {
+            let word = records[slot].rows[row];
+            var place = (records[slot].planes[row / 8u] & 0xffffu) + (word >> 24u);
+            for (var edges = word & 0xffffffu; edges != 0u; edges &= edges - 1u) {
+                brick_edges[place] = (row << 5u) | countTrailingZeros(edges);
+                place++;
+            }
         }
     }
     workgroupBarrier();
@@ -46,7 +48,7 @@ var<workgroup> row_first: array<u32, 162>;
 // Looks them up. Bricks that are not active have no crossed edges. Of bricks beyond the grid's end there is anything, and no
 // cell asks for it.
 fn load_edges(slot: u32, brick: u32, lane: u32) {
-    for (var i = lane; i < 162u; i += 64u) {
+    for (var i = lane; i < 162u; i += ROW_LANES) {
         let row = i % 81u;
         let owner = vec3<u32>(8u * (i / 81u), row % 9u, row / 9u);
         // 1 where the owner lies in the next brick along an axis.
@@ -93,10 +95,9 @@ fn owned_vertex(owner: vec3<u32>, axis: u32, brick: u32, slot: u32) -> u32 {
     return row_first[row] + countOneBits(row_edges[row] & ((1u << (8u * axis + (owner.x & 7u))) - 1u));
 }
 
-// One invocation a row.
-@compute @workgroup_size(64)
+@compute @workgroup_size(ROW_LANES)
 fn emit_indices(
-    @builtin(local_invocation_index) row: u32,
+    @builtin(local_invocation_index) lane: u32,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
@@ -104,10 +105,12 @@ fn emit_indices(
     let live = slot < batch_end(work.own_active);
     let brick = active_list[select(call.first_slot, slot, live)];
     if live {
-        load_edges(slot, brick, row);
+        load_edges(slot, brick, lane);
     }
     workgroupBarrier();
     if live {
-        write_triangles(slot, brick, brick_origin(brick), row);
+        for (var row = lane; row < 64u; row += ROW_LANES) {
+            write_triangles(slot, brick, brick_origin(brick), row);
+        }
     }
 }
