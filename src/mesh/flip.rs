@@ -213,14 +213,15 @@ impl<'a> Flips<'a> {
 
     /// Whether the triangles around b, from t over the edge a–b and on, come back to t.
     fn is_cycle(&self, t: u32, mut a: u32, b: u32) -> bool {
-        // An edge has one owner, so two walks never meet, and this one ends where it began if it does not at a border.
+        // Each edge passed has one owner in either direction, so two walks never meet, and this one ends where it began if it does
+        // not at a border.
         loop {
             match self.owner.get(&(b, a)).copied() {
                 None | Some(SEVERAL) => return false,
                 Some(at) if at == t => return true,
                 Some(at) => match self.mesh.triangles[at as usize].into_iter().find(|&v| v != a && v != b) {
-                    Some(third) => a = third,
-                    None => return false,
+                    Some(third) if self.owner.get(&(third, b)) == Some(&at) => a = third,
+                    _ => return false,
                 },
             }
         }

@@ -5,8 +5,9 @@ use std::collections::HashSet;
 use super::Mesh;
 use super::check::{join, root};
 
-/// How often the sides of crowded edges are paired anew where they share an edge twice.
-const ROUNDS: usize = 64;
+/// How often the sides of crowded edges are paired anew where two fans share an edge twice: no bound for a mesh that is not
+/// made for it, since each time parts fans.
+const ROUNDS: usize = 1000;
 
 /// What [`Mesh::repair`] did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -26,7 +27,7 @@ impl Mesh {
     /// around a vertex a vertex of its own. No vertex moves; unused ones go.
     ///
     /// An oriented surface without border that touches itself in points and edges, as a welded soup may, becomes a closed
-    /// manifold, but for edges that two fans share twice, which stay. Sides that none runs against, as where the winding
+    /// manifold. Sides that none runs against, as where the winding
     /// turns over or three triangles meet, become a border.
     pub fn repair(&mut self) -> Repaired {
         let before = self.triangles.len();
@@ -69,12 +70,13 @@ impl Mesh {
         };
         let mut sides: Vec<Side> = self.triangles.iter().zip(0u32..).flat_map(sides).collect();
         sides.sort_unstable();
-        // Where the sides of each crowded edge lie, and by how many places their pairs are shifted.
-        let mut crowded: Vec<(usize, usize, usize)> = Vec::new();
+        // Where the sides of each crowded edge lie, and which of those that run down each that runs up is glued to.
+        let mut crowded: Vec<(usize, usize, Vec<usize>)> = Vec::new();
         let mut start = 0;
         for edge in sides.chunk_by(|a, b| a.0 == b.0) {
             if edge.len() > 2 {
-                crowded.push((start, start + edge.len(), 0));
+                let down = edge.iter().filter(|side| side.1).count();
+                crowded.push((start, start + edge.len(), (0..down).collect()));
             }
             start += edge.len();
         }
@@ -82,25 +84,27 @@ impl Mesh {
         for _ in 0..ROUNDS {
             corners = (0..sides.len() as u32).collect();
             for edge in sides.chunk_by(|a, b| a.0 == b.0).filter(|edge| edge.len() == 2) {
-                glue(edge, 0, &mut corners);
+                glue(edge, &[0], &mut corners);
             }
-            crowded.iter().for_each(|&(start, end, shift)| glue(&sides[start..end], shift, &mut corners));
-            // One at a vertex and round: pairs that are shifted together share the edges again.
-            let mut shifted: HashSet<u32> = HashSet::new();
+            crowded.iter().for_each(|(start, end, to)| glue(&sides[*start..*end], to, &mut corners));
+            // Two pairs between the same two fans: swapped, they part both fans. One swap at a vertex and round, since a second one
+            // might join them again.
+            let mut swapped: HashSet<u32> = HashSet::new();
             let mut is_done = true;
-            for (start, end, shift) in &mut crowded {
-                let mut ends: Vec<[u32; 2]> = sides[*start..*end]
+            for (start, end, to) in &mut crowded {
+                let mut ends: Vec<([u32; 2], usize)> = sides[*start..*end]
                     .iter()
                     .filter(|side| !side.1)
                     .map(|&(_, _, h)| [h, next(h)].map(|corner| root(&mut corners, corner)))
+                    .zip(0..to.len())
                     .collect();
                 ends.sort_unstable();
-                if ends.windows(2).any(|two| two[0] == two[1]) {
+                if let Some(two) = ends.windows(2).find(|two| two[0].0 == two[1].0) {
                     is_done = false;
                     let at = sides[*start].0;
-                    if at.iter().all(|v| !shifted.contains(v)) {
-                        shifted.extend(at);
-                        *shift += 1;
+                    if at.iter().all(|v| !swapped.contains(v)) {
+                        swapped.extend(at);
+                        to.swap(two[0].1, two[1].1);
                     }
                 }
             }
@@ -138,15 +142,11 @@ fn next(h: u32) -> u32 {
     if h % 3 == 2 { h - 2 } else { h + 1 }
 }
 
-/// Glues each side of an edge that runs up to one that runs down.
-fn glue(edge: &[Side], shift: usize, corners: &mut [u32]) {
+/// Glues each side of an edge that runs up to the one that runs down that `to` says, as far as there are some.
+fn glue(edge: &[Side], to: &[usize], corners: &mut [u32]) {
     let (up, down) = edge.split_at(edge.iter().filter(|side| !side.1).count());
-    if down.is_empty() {
-        return;
-    }
-    let pairs = up.len().min(down.len());
-    for (i, &(_, _, a)) in up.iter().enumerate().take(pairs) {
-        let (_, _, b) = down[(i + shift) % down.len()];
+    for (&(_, _, a), &to) in up.iter().zip(to) {
+        let Some(&(_, _, b)) = down.get(to) else { continue };
         join(corners, a, next(b));
         join(corners, next(a), b);
     }
