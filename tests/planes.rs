@@ -3,7 +3,7 @@
 mod common;
 
 use common::Random;
-use isoforge::extract::{ExtractError, Options, PlanesError, Source, extract_on_cpu, extract_planes};
+use isoforge::extract::{ExtractError, Method, Options, PlanesError, Source, extract_on_cpu, extract_planes};
 use isoforge::field::Sense;
 use isoforge::mesh::write;
 use isoforge::volume::{self, Endian, OpenError, OpenOptions, Planes, RawLayout, Scalar};
@@ -21,6 +21,7 @@ fn same_files(path: &Path, options: &OpenOptions, iso: f32, sense: Sense) -> u64
     let settings = |memory_budget| Options { sense: Some(sense), memory_budget, ..Options::new(iso) };
     let (mesh, whole) =
         extract_on_cpu(&Source::Volume(&opened.volume), &settings(u64::MAX), &|_| {}).unwrap();
+    let open = mesh.open_edges_at_border(opened.volume.grid());
     let least = match extract_planes(
         &mut Planes::open(path, options).unwrap(),
         &settings(0),
@@ -45,6 +46,7 @@ fn same_files(path: &Path, options: &OpenOptions, iso: f32, sense: Sense) -> u64
                 [r.vertices, r.triangles, r.bricks, r.active_bricks, r.non_finite]
             };
             assert_eq!(numbers(&report), numbers(&whole), "{name}");
+            assert_eq!(report.open_edges, Some(open), "{name}");
             assert!(
                 report.peak_bytes <= budget && planes.notes() == opened.notes,
                 "{name}: {:?}",
@@ -120,6 +122,39 @@ fn every_type_and_order_in_odd_sizes() {
         }
     }
     assert!(slabs >= 6, "{slabs}");
+}
+
+/// Of faces on all six sides, slab by slab, whatever the method makes of them.
+#[test]
+fn open_edges_are_those_of_the_whole_mesh() {
+    let dir = TempDir::new().unwrap();
+    for (dims, seed) in [([20, 17, 33], 2), ([9, 2, 50], 3), ([2, 2, 2], 4), ([33, 18, 9], 5)] {
+        let (path, options) = raw(&dir, dims, Scalar::U8, Endian::Little, seed);
+        let opened = volume::open(&path, &options).unwrap();
+        let mut found = Vec::new();
+        for method in Method::ALL {
+            let iso = if seed % 2 == 0 { 1.5 } else { 60.5 };
+            let settings = |memory_budget| Options { memory_budget, method, ..Options::new(iso) };
+            let source = Source::Volume(&opened.volume);
+            let (mesh, _) = extract_on_cpu(&source, &settings(u64::MAX), &|_| {}).unwrap();
+            let mut planes = Planes::open(&path, &options).unwrap();
+            let to = dir.path().join("open.ply");
+            let least = match extract_planes(&mut planes, &settings(0), &to, &|_| {}) {
+                Err(PlanesError::Extract(ExtractError::Budget { needed, .. })) => needed,
+                other => panic!("{other:?}"),
+            };
+            for budget in [least, u64::MAX] {
+                let mut planes = Planes::open(&path, &options).unwrap();
+                let report = extract_planes(&mut planes, &settings(budget), &to, &|_| {}).unwrap();
+                let open = mesh.open_edges_at_border(opened.volume.grid());
+                assert_eq!(report.open_edges, Some(open), "{dims:?}, {method:?}, {budget}");
+                assert_eq!(open, mesh.check().boundary_edges as u64, "{dims:?}, {method:?}");
+
+                found.push(open);
+            }
+        }
+        assert!(found.iter().all(|&open| open > 0) && found[0] < found[5], "{found:?}");
+    }
 }
 
 /// More mesh than one batch holds.

@@ -79,7 +79,7 @@ pub fn run(
     if report.triangles == 0 {
         remark(&format!("the mesh is empty: no sample crosses iso {iso}"));
     }
-    let finished = Finished::default();
+    let finished = Finished { open_edges: report.open_edges, ..Finished::default() };
     let seconds = Seconds { total: start.elapsed().as_secs_f64(), ..Seconds::of(&report) };
     remark(&summary(args, &report, &finished, None, seconds.total));
     if let Some(path) = &args.stats {
@@ -89,7 +89,7 @@ pub fn run(
             degenerate_triangles: None,
             removed_triangles: 0,
             flipped_triangles: 0,
-            open_edges: None,
+            open_edges: report.open_edges,
             bricks: report.bricks,
             active_bricks: report.active_bricks,
             slabs: report.slabs,

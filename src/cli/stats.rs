@@ -16,7 +16,7 @@ pub struct Stats<'a> {
     pub removed_triangles: u64,
     /// Triangles of zero area that an edge flip of `--no-degenerate` gave area.
     pub flipped_triangles: u64,
-    /// Edges of one triangle alone where the domain ends; null if the mesh never left the GPU, or went to a file in parts.
+    /// Edges of one triangle alone where the domain ends; null if the mesh never left the GPU.
     pub open_edges: Option<u64>,
     pub bricks: u64,
     pub active_bricks: u64,

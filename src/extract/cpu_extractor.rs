@@ -126,6 +126,7 @@ impl CpuExtractor {
             bricks: bricks as u64,
             active_bricks: active_bricks as u64,
             non_finite,
+            open_edges: None,
             slabs: 1,
             peak_bytes,
             scratch_bytes: (kept.bricks.len() * KEPT_BYTES) as u64,

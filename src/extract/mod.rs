@@ -1,6 +1,7 @@
 //! From a source of samples and an iso value to a mesh: on the GPU ([`Extractor`]), or by the CPU twins
 //! ([`extract_on_cpu`]).
 
+mod border;
 mod cap;
 mod cpu;
 mod cpu_extractor;
@@ -170,6 +171,9 @@ pub struct Report {
     pub active_bricks: u64,
     /// Samples that were NaN or infinite; they count as outside.
     pub non_finite: u64,
+    /// Edges of the mesh that are open because the domain ends, where they were counted: by [`extract_planes`]. Of a mesh in
+    /// memory, [`Mesh::open_edges_at_border`](crate::mesh::Mesh::open_edges_at_border) tells.
+    pub open_edges: Option<u64>,
     /// Slabs that the grid was cut into.
     pub slabs: u64,
     /// The most bytes that buffers took at one time, the mesh included.

@@ -1,12 +1,14 @@
 //! Volumes that are larger than memory: slabs of brick layers, one at a time, from the file to the file.
 
+use super::border::Faces;
 use super::cpu::{Clock, Job, KEPT_BYTES, Kept, TASK};
-use super::{ExtractError, Options, Report, stage_index as at};
+use super::{ExtractError, Method, Options, Report, stage_index as at};
 use crate::mesh::Vertex;
 use crate::mesh::write::WriteError;
 use crate::mesh::write::parts::{Normals, Parts};
 use crate::stage::cull::cpu::range;
 use crate::stage::cull::map::BrickMap;
+use crate::stage::inside::Inside;
 use crate::stage::normals::cpu::{add_neighbours, average};
 use crate::stage::params::Params;
 use crate::stage::scan::cpu::scan;
@@ -141,6 +143,7 @@ struct Run<'a> {
     plan: Plan,
     /// Of the whole grid.
     params: Params,
+    faces: Faces,
     parts: Parts,
     /// What classify said of the layer behind the last slab, with the bricks' numbers in it.
     carried: Kept,
@@ -158,10 +161,20 @@ impl<'a> Run<'a> {
         Ok(Self {
             options,
             params: Params::new(grid, options.iso, sense).with_method(options.method, options.placement),
+            faces: Faces {
+                inside: Inside::new(options.iso, sense),
+                points: plan.points,
+                is_cut: options.method == Method::Tetrahedra,
+            },
             parts: Parts::new(path)?,
             carried: Kept::default(),
             is_marked: false,
-            report: Report { bricks: grid.brick_count(), peak_bytes: plan.bytes, ..Report::default() },
+            report: Report {
+                bricks: grid.brick_count(),
+                peak_bytes: plan.bytes,
+                open_edges: Some(0),
+                ..Report::default()
+            },
             vertices: Vec::new(),
             triangles: Vec::new(),
             plan,
@@ -212,6 +225,10 @@ impl<'a> Run<'a> {
             self.report.active_bricks += active.len() as u64;
             clock.lap(at::CLASSIFY);
         }
+        let [.., nz] = self.plan.points;
+        let cells = 8 * slab.layers.start..(8 * slab.layers.end).min(nz - 1);
+        let open = self.faces.open_edges(window.values(), slab.planes.start, cells);
+        self.report.open_edges = self.report.open_edges.map(|before| before + open);
         progress(0.5);
         let own = kept.bricks.partition_point(|&brick| brick < job.params.own_bricks);
         self.carried = kept.tail(own, job.params.own_bricks);

@@ -275,6 +275,7 @@ impl Extractor {
             bricks: space.grid.brick_count(),
             active_bricks: active_bricks.into(),
             non_finite: works.iter().map(|w| u64::from(w.non_finite)).sum(),
+            open_edges: None,
             slabs: slabs as u64,
             peak_bytes,
             scratch_bytes: space.plan.scratch_bytes,

@@ -68,6 +68,7 @@ pub fn track(
         bricks: job.params.slab_bricks.into(),
         active_bricks: reached.len() as u64,
         non_finite: kept.non_finite,
+        open_edges: None,
         slabs: 1,
         peak_bytes,
         scratch_bytes: (kept.bricks.len() * KEPT_BYTES) as u64,
