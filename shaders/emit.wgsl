@@ -2,7 +2,7 @@
 //
 // Vertices lie in the order of their brick, plane, row, direction and place in the row; triangles in that
 // of their brick and cell. A cell finds the vertices of the bricks beside it through the brick map
-// and the prefix of the edge masks, so the mesh is welded across bricks. CPU twin: src/stage/emit/cpu.rs.
+// and the prefix of the edge masks, so the mesh is welded across bricks. CPU twin: src/stage/emit/cpu/.
 // Which triangles there are: shaders/emit/cubes.wgsl, tetrahedra.wgsl. Who makes which vertex and triangle of cubes:
 // shaders/emit/workgroup.wgsl. How many invocations a workgroup has, LANES and ROW_LANES, says the form.
 

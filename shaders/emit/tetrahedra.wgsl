@@ -26,6 +26,12 @@ fn edge_vertices(slot: u32) -> u32 {
     return offsets[slot + 1u].x - offsets[slot].x;
 }
 
+// An edge of a brick: its owner, and the way to its other end, 0 or 1 along each axis.
+struct OwnedEdge {
+    owner: vec3<u32>,
+    across: vec3<u32>,
+}
+
 // The edge of vertex `k` of a brick.
 fn edge_of_vertex(slot: u32, origin: vec3<u32>, k: u32) -> OwnedEdge {
     var z = 0u;
@@ -51,6 +57,30 @@ fn edge_of_vertex(slot: u32, origin: vec3<u32>, k: u32) -> OwnedEdge {
         edges &= edges - 1u;
     }
     return OwnedEdge(vec3<u32>(countTrailingZeros(edges), y, z), corner_offset(direction));
+}
+
+@compute @workgroup_size(LANES)
+fn emit_vertices(
+    @builtin(local_invocation_index) lane: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let slot = slot_of(group, groups);
+    if slot >= batch_end(work.own_active) {
+        return;
+    }
+    let origin = brick_origin(active_list[slot]);
+    let first = offsets[slot].x;
+    let count = edge_vertices(slot);
+    for (var k = lane; k < count; k += LANES) {
+        let place = params.first_vertices.x + first + k - params.vertex_window;
+        if place >= call.vertex_capacity {
+            break;
+        }
+        let edge = edge_of_vertex(slot, origin, k);
+        write_vertex(place, make_vertex(slot, origin, edge.owner, edge.across));
+    }
+    report_runaway();
 }
 
 // Number of the vertex on an edge of a cell: its lower corner in the low three bits, and above them the direction.

@@ -41,7 +41,6 @@ const ROW_FLAGS: &str = include_str!("../../shaders/brick/row_flags.wgsl");
 const SHARED_ROWS: &str = include_str!("../../shaders/brick/shared_rows.wgsl");
 const READ_SAMPLES: &str = include_str!("../../shaders/brick/read_samples.wgsl");
 const READ_ROWS: &str = include_str!("../../shaders/brick/read_rows.wgsl");
-const EMIT_ONE_BY_ONE: &str = include_str!("../../shaders/emit/one_by_one.wgsl");
 const EMIT_WORKGROUP: &str = include_str!("../../shaders/emit/workgroup.wgsl");
 const PLACE_LINEAR: &str = include_str!("../../shaders/place/linear.wgsl");
 const PLACE_MIDPOINT: &str = include_str!("../../shaders/place/midpoint.wgsl");
@@ -302,7 +301,7 @@ pub fn emit(
     match method {
         Method::MarchingCubes => cubes(),
         Method::Mc33 => link(&[&cubes(), EMIT_CENTRES]),
-        Method::Tetrahedra => link(&[&shared, TETRA_RECORD, EMIT_ONE_BY_ONE, EMIT_TETRAHEDRA]),
+        Method::Tetrahedra => link(&[&shared, TETRA_RECORD, EMIT_TETRAHEDRA]),
     }
 }
 
