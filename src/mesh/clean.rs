@@ -39,7 +39,8 @@ impl Mesh {
     ///   into an edge is cut through (the genus falls), which moves nothing;
     /// * where the corners of a triangle lie on a line and are different places, its longest edge is flipped, which parts
     ///   the neighbour over that edge where the middle corner lies; if that edge is a border, the triangle goes, and the border
-    ///   runs by the middle corner; and where the flip would lay a triangle onto an opposite one, both go;
+    ///   runs by the middle corner; where the flip would lay a triangle onto an opposite one, both go; and two such triangles over one
+    ///   longest edge with their middle corners at one place close up like a zip;
     /// * unused vertices go. What remains keeps its order.
     ///
     /// A closed mesh stays closed, no vertex moves, and the enclosed volume stays. The result has no
@@ -55,6 +56,26 @@ impl Mesh {
             return Removed::default();
         }
         let before = (self.triangles.len(), count);
+        let mut flipped = 0;
+        loop {
+            self.contract_coincident();
+            let flips = self.flip_thin();
+            flipped += flips.flipped;
+            // Contraction takes two triangles each time, so this ends.
+            if !flips.has_pressed {
+                break;
+            }
+        }
+        Removed {
+            triangles: before.0 - self.triangles.len(),
+            vertices: before.1.saturating_sub(self.vertices.len()),
+            flipped,
+        }
+    }
+
+    /// Makes one of vertices that edges of no length connect; what repeats a vertex goes, and what is unused.
+    fn contract_coincident(&mut self) {
+        let count = self.vertices.len();
         let coincident: Vec<(u32, u32)> = self
             .triangles
             .par_iter()
@@ -74,12 +95,6 @@ impl Mesh {
                 parent[v as usize] = root(&mut parent, v);
             }
             *self = stitch::contract(self, &parent);
-        }
-        let flipped = self.flip_thin();
-        Removed {
-            triangles: before.0 - self.triangles.len(),
-            vertices: before.1.saturating_sub(self.vertices.len()),
-            flipped,
         }
     }
 

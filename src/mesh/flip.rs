@@ -16,16 +16,24 @@ use super::check::is_degenerate;
 /// Of an edge that several triangles run along in one direction.
 const SEVERAL: u32 = u32::MAX;
 
+/// What [`Mesh::flip_thin`] did.
+#[derive(Default)]
+pub(super) struct Flipped {
+    /// Triangles that have area now.
+    pub(super) flipped: usize,
+    /// Whether there are edges of no length now, to be contracted: two thin triangles had their middle corners at one place.
+    pub(super) has_pressed: bool,
+}
+
 impl Mesh {
-    /// Flips and removes what can be; how many triangles have area now. Every index must be good, and no triangle may repeat
-    /// a vertex.
-    pub(super) fn flip_thin(&mut self) -> usize {
+    /// Flips and removes what can be. Every index must be good, no triangle may repeat a vertex, and no edge be without length.
+    pub(super) fn flip_thin(&mut self) -> Flipped {
         let mut thin: Vec<u32> = (0..self.triangles.len() as u32)
             .into_par_iter()
             .filter(|&t| is_degenerate(&self.vertices, self.triangles[t as usize]))
             .collect();
         if thin.is_empty() {
-            return 0;
+            return Flipped::default();
         }
         let mut flips = Flips::new(self, &thin);
         // Each flip leaves fewer thin triangles, or as many with shorter edges: so this ends.
@@ -39,12 +47,12 @@ impl Mesh {
             }
             thin.retain(|&t| flips.thin(t).is_some());
         }
-        let Flips { flipped, removed, .. } = flips;
+        let Flips { done, removed, .. } = flips;
         if removed > 0 {
             self.triangles.retain(|&[a, b, _]| a != b);
             self.drop_unused();
         }
-        flipped
+        done
     }
 }
 
@@ -53,8 +61,7 @@ struct Flips<'a> {
     mesh: &'a mut Mesh,
     /// The triangle that runs along an edge: all those with an end that is a corner of a thin triangle.
     owner: HashMap<(u32, u32), u32>,
-    /// Triangles that have area now.
-    flipped: usize,
+    done: Flipped,
     /// Triangles that went, from borders and folds.
     removed: usize,
 }
@@ -78,19 +85,20 @@ impl<'a> Flips<'a> {
                 owner.entry(edge).and_modify(|owner| *owner = SEVERAL).or_insert(t);
             }
         }
-        Flips { mesh, owner, flipped: 0, removed: 0 }
+        Flips { mesh, owner, done: Flipped::default(), removed: 0 }
     }
 
     fn at(&self, v: u32) -> DVec3 {
         self.mesh.vertices[v as usize].at().as_dvec3()
     }
 
-    /// The corners of a thin triangle, the middle one in the middle; `None` of one with area, or gone.
+    /// The corners of a thin triangle, the middle one in the middle; `None` of one with area, or an edge without length, or gone.
     fn thin(&self, t: u32) -> Option<[u32; 3]> {
         let [a, b, c] = self.mesh.triangles[t as usize];
         let is_thin = a != b && is_degenerate(&self.mesh.vertices, [a, b, c]);
         let turns = [[a, b, c], [b, c, a], [c, a, b]];
         let length = |&[a, _, c]: &[u32; 3]| self.length(c, a);
+        let is_thin = is_thin && turns.iter().all(|turn| length(turn) != 0.0);
         is_thin.then(|| turns.into_iter().max_by(|s, t| length(s).total_cmp(&length(t)))).flatten()
     }
 
@@ -132,14 +140,14 @@ impl<'a> Flips<'a> {
             // Both on one line: as long as all edges become shorter.
             Some(_) => {
                 let edges = [(a, b), (b, c), (c, d), (d, a)];
-                self.length(b, d) > 0.0
-                    && edges.into_iter().all(|(v, w)| self.length(v, w) < self.length(c, a))
+                edges.into_iter().all(|(v, w)| self.length(v, w) < self.length(c, a))
             }
         };
         if !is_better {
             return false;
         }
-        self.flipped += usize::from(self.thin(u).is_none());
+        self.done.flipped += usize::from(self.thin(u).is_none());
+        self.done.has_pressed |= self.length(b, d) == 0.0;
         self.mesh.triangles[t as usize] = one;
         self.mesh.triangles[u as usize] = other;
         self.owner.remove(&(a, c));

@@ -280,3 +280,45 @@ fn what_would_harm_stays() {
         assert_eq!((removed.triangles, removed.flipped, after.degenerate_count()), (0, 0, 1), "{name}");
     }
 }
+
+/// Two thin triangles over one edge, with the corners between at one place: they go, and the two corners become one.
+#[test]
+fn a_slit_closes() {
+    let at = [
+        [0.0, 0.0, 0.0],
+        [2.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [1.0, -1.0, 0.0],
+        [1.0, 0.0, -1.0],
+    ];
+    let [a, c, b, d, up, down, tip] = [0, 1, 2, 3, 4, 5, 6];
+    let triangles = [
+        [a, b, c],
+        [a, c, d],
+        [b, a, up],
+        [c, b, up],
+        [d, c, down],
+        [a, d, down],
+        [up, a, tip],
+        [c, up, tip],
+        [down, c, tip],
+        [a, down, tip],
+    ];
+    let mut slit = mesh(&at, &triangles);
+    let before = slit.check();
+    assert_eq!(
+        (before.boundary_edges, before.non_manifold_edges, before.degenerate_triangles),
+        (0, 0, 2),
+        "{before}"
+    );
+    let removed = slit.remove_degenerate();
+    let after = slit.check();
+    assert_eq!((removed.triangles, removed.vertices, removed.flipped), (2, 1, 0));
+    assert!(
+        after.is_closed_manifold() && after.volume == before.volume && after.area == before.area,
+        "{after}"
+    );
+    assert_eq!(slit.remove_degenerate(), Default::default());
+}

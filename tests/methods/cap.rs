@@ -69,6 +69,7 @@ fn a_full_domain_is_its_box() {
             }
             mesh.remove_degenerate();
             assert_closed(mesh, "without zero-area triangles");
+            assert_eq!(mesh.degenerate_count(), 0);
         }
     }
 }

@@ -3,7 +3,8 @@
 use crate::common::{self, Random};
 use crate::{on_cpu, on_gpu, options};
 use glam::{Mat3, Vec3};
-use isoforge::extract::{Options, Source};
+use isoforge::extract::{Method, Options, Source};
+use isoforge::field::named::Named;
 use isoforge::grid::Grid;
 use isoforge::mesh::Mesh;
 use isoforge::volume::Volume;
@@ -99,4 +100,26 @@ fn ties_too() {
         }
     }
     assert!(removed > 1000, "{removed}");
+}
+
+/// Diagonal edges have vertices on one line, of which a flip makes two at one place on the gyroid.
+#[test]
+fn nothing_thin_is_left() {
+    let field = Named::new("gyroid").unwrap();
+    for cells in [20, 33, 48] {
+        let grid = Grid::from_bounds([cells; 3], Vec3::NEG_ONE, Vec3::ONE).unwrap();
+        for method in Method::ALL {
+            let options = Options { method, ..Options::new(0.0) };
+            let mut mesh = on_cpu(&Source::Field(&field, grid), &options);
+            let before = mesh.check();
+            mesh.remove_degenerate();
+            let after = mesh.check();
+            assert_eq!(
+                [after.degenerate_triangles, after.non_manifold_edges, after.misoriented_edges],
+                [0; 3],
+                "{cells}, {method:?}: {after}"
+            );
+            assert!((after.area - before.area).abs() < 1e-9 * before.area, "{cells}, {method:?}");
+        }
+    }
 }
