@@ -30,10 +30,16 @@ fn classify(
         let bits = rows_at(slot, origin, y, z);
         edges = crossed_edges(bits, shape);
         own.x = countOneBits(edges);
-        for (var mixed = mixed_cells(bits, shape); mixed != 0u; mixed &= mixed - 1u) {
-            let x = countTrailingZeros(mixed);
-            let entry = cell_entry(slot, origin, vec3<u32>(x, y, z), cell_case(bits, x));
-            own.y += triangle_count(entry) | (centre_count(entry) << 16u);
+        let mixed = mixed_cells(bits, shape);
+        let undecided = mixed & undecided_cells(bits);
+        for (var cells = mixed & ~undecided; cells != 0u; cells &= cells - 1u) {
+            own.y += triangle_count(decided_entry(cell_case(bits, countTrailingZeros(cells))));
+        }
+        if HAS_UNDECIDED {
+            for (var cells = undecided; cells != 0u; cells &= cells - 1u) {
+                let entry = undecided_entry(slot, origin, vec3<u32>(countTrailingZeros(cells), y, z));
+                own.y += triangle_count(entry) | (centre_count(entry) << 16u);
+            }
         }
         if COUNTS_NON_FINITE && slot < work.own_active {
             let odd = not_finite_at(slot, origin, y, z, shape.owned);

@@ -2,15 +2,30 @@
 // invocations look up different cases, which uniform memory serves one after another.
 @group(0) @binding(10) var<storage, read> table: array<vec2<u32>, 256>;
 
-const HAS_CENTRES = false;
+const HAS_UNDECIDED = false;
 
 // What the table has for a cell, to be asked by the functions below.
 struct Entry {
     words: vec2<u32>,
 }
 
-fn cell_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>, case_byte: u32) -> Entry {
+// Which cells of a row their corners do not decide: none.
+fn undecided_cells(bits: vec4<u32>) -> u32 {
+    return 0u;
+}
+
+fn decided_entry(case_byte: u32) -> Entry {
     return Entry(table[case_byte]);
+}
+
+fn undecided_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>) -> Entry {
+    return decided_entry(0u);
+}
+
+fn keep_entry(number: u32, entry: Entry) {}
+
+fn cell_entry(case_byte: u32, number: u32, undecided: bool) -> Entry {
+    return decided_entry(case_byte);
 }
 
 fn triangle_count(entry: Entry) -> u32 {

@@ -2,10 +2,10 @@
 // corners decide, else what the trilinear interpolant says. CPU twin: src/stage/trilinear.rs.
 @group(0) @binding(10) var<storage, read> table: array<u32>;
 
-const HAS_CENTRES = true;
-// Two words a case (src/table/mc33.rs); in place of the number of triangles, that the corners do not decide.
+// Vertices within cells have but these.
+const HAS_UNDECIDED = true;
+// Two words a case (src/table/mc33.rs).
 const CASES = 512u;
-const UNDECIDED = 15u;
 // Behind them.
 const ROWS = 1024u;
 
@@ -15,20 +15,39 @@ struct Entry {
     head: u32,
 }
 
-fn cell_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>, case_byte: u32) -> Entry {
-    let of_case = CASES + 2u * case_byte;
-    let head = table[of_case];
-    if (head & 15u) == UNDECIDED {
-        return undecided_entry(slot, origin, cell, case_byte, table[of_case + 1u]);
-    }
-    return Entry(of_case, head);
+fn entry_at(at: u32) -> Entry {
+    return Entry(at, table[at]);
 }
 
-fn undecided_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>, case_byte: u32, word: u32) -> Entry {
+// Which cells of a row (shaders/shared/row.wgsl) their corners do not decide: those with a face whose diagonal corners alone are on
+// one side, and those in which each corner is on the side of the opposite one.
+fn undecided_cells(bits: vec4<u32>) -> u32 {
+    let next = bits >> vec4<u32>(1u);
+    // The faces between cells of the row, of which a cell has that bit and the next; and the other four, a pair of rows each.
+    let across_x = ~(bits.x ^ bits.w) & ~(bits.y ^ bits.z) & (bits.x ^ bits.y);
+    let low = bits.xyxz;
+    let high = bits.zwyw;
+    let faces = ~(low ^ (high >> vec4<u32>(1u))) & ~((low >> vec4<u32>(1u)) ^ high) & (low ^ high);
+    let opposite = ~(bits ^ next.wzyx);
+    let symmetric = opposite.x & opposite.y & opposite.z & opposite.w;
+    return across_x | (across_x >> 1u) | faces.x | faces.y | faces.z | faces.w | symmetric;
+}
+
+fn decided_entry(case_byte: u32) -> Entry {
+    return entry_at(CASES + 2u * case_byte);
+}
+
+// Of a cell that its corners do not decide. Lavapipe executes this also where nobody asks, so that callers ask in loops over all
+// undecided cells that they have: few loops, each over many.
+fn undecided_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>) -> Entry {
     var magnitudes: array<u32, 8>;
+    var case_byte = 0u;
     for (var k = 0u; k < 8u; k++) {
-        magnitudes[k] = magnitude(sample_bits(slot, origin, cell + vec3<u32>(k & 1u, (k >> 1u) & 1u, k >> 2u)));
+        let bits = sample_bits(slot, origin, cell + vec3<u32>(k & 1u, (k >> 1u) & 1u, k >> 2u));
+        magnitudes[k] = magnitude(bits);
+        case_byte |= u32(is_inside(bits)) << k;
     }
+    let word = table[CASES + 2u * case_byte + 1u];
     var number = 0u;
     var faces = 0u;
     for (var face = 0u; face < 6u; face++) {
@@ -45,7 +64,19 @@ fn undecided_entry(slot: u32, origin: vec3<u32>, cell: vec3<u32>, case_byte: u32
         // Rounding may say what cannot be.
         entry = select(joined, entry, joined == 0u);
     }
-    return Entry(entry, table[entry]);
+    return entry_at(entry);
+}
+
+// Of emit's triangles: where the entries of the brick's undecided cells begin.
+var<workgroup> kept_entries: array<u32, 512>;
+
+fn keep_entry(number: u32, entry: Entry) {
+    kept_entries[number] = entry.at;
+}
+
+// The entry of a cell; if it is undecided, that was kept for it.
+fn cell_entry(case_byte: u32, number: u32, undecided: bool) -> Entry {
+    return entry_at(select(CASES + 2u * case_byte, kept_entries[number], undecided));
 }
 
 fn triangle_count(entry: Entry) -> u32 {

@@ -22,6 +22,7 @@ fn classify(
     // Inside bits of the plane's rows below, which give way to those of this plane.
     var plane: array<u32, 9>;
     // Vertices on edges; triangles, and in the upper half vertices within cells. Those of the planes before, and of this one's rows.
+    // Triangles of undecided cells come at the end of each plane.
     var before = vec2<u32>(0u);
     var odd = 0u;
     for (var z = 0u; z < 9u; z++) {
@@ -29,6 +30,7 @@ fn classify(
         var row_below = 0u;
         var row_here = 0u;
         var even_row = 0u;
+        var undecided = vec2<u32>(0u);
         for (var y = 0u; y < 9u; y++) {
             let flags = row_flags(slot, origin, y, z);
             if COUNTS_NON_FINITE && y < 8u && z < 8u {
@@ -41,20 +43,24 @@ fn classify(
                 let bits = vec4<u32>(row_below, next_below, row_here, next_here);
                 let shape = row_shape(origin, y - 1u, z - 1u);
                 let edges = crossed_edges(bits, shape);
-                let own = row_counts(slot, origin, vec2<u32>(y - 1u, z - 1u), bits, shape);
+                let mixed = mixed_cells(bits, shape);
+                let left = mixed & undecided_cells(bits);
+                undecided |= cells_of_row(left, y - 1u);
                 records[slot].rows[row] = edges | (in_plane.x << 24u);
-                let of_row = (in_plane.y & 0x7ffu) | ((own >> 16u) << 11u);
                 if (row & 1u) == 1u {
-                    records[slot].triangles[row / 2u] = even_row | (of_row << 16u);
+                    records[slot].triangles[row / 2u] = even_row | (in_plane.y << 16u);
                 }
-                even_row = of_row;
-                in_plane += vec2<u32>(countOneBits(edges), own);
+                even_row = in_plane.y;
+                in_plane += vec2<u32>(countOneBits(edges), decided_triangles(bits, mixed & ~left));
             }
             row_below = next_below;
             row_here = next_here;
             plane[y] = next_here;
         }
         if z > 0u {
+            if HAS_UNDECIDED {
+                in_plane.y += add_undecided(slot, origin, z - 1u, undecided);
+            }
             records[slot].planes[z - 1u] = before.x | (before.y << 16u);
             before += in_plane;
         }
@@ -65,13 +71,29 @@ fn classify(
     counts[slot] = vec2<u32>(before.x + (before.y >> 16u), before.y & 0xffffu);
 }
 
-// Triangles of a row's cells, and in the upper half vertices within them.
-fn row_counts(slot: u32, origin: vec3<u32>, row: vec2<u32>, bits: vec4<u32>, shape: RowShape) -> u32 {
+// Triangles of some cells of a row.
+fn decided_triangles(bits: vec4<u32>, some: u32) -> u32 {
     var own = 0u;
-    for (var mixed = mixed_cells(bits, shape); mixed != 0u; mixed &= mixed - 1u) {
-        let x = countTrailingZeros(mixed);
-        let entry = cell_entry(slot, origin, vec3<u32>(x, row), cell_case(bits, x));
-        own += triangle_count(entry) | (centre_count(entry) << 16u);
+    for (var cells = some; cells != 0u; cells &= cells - 1u) {
+        own += triangle_count(decided_entry(cell_case(bits, countTrailingZeros(cells))));
     }
     return own;
+}
+
+// Adds a plane's undecided cells to what is written of its rows. Their triangles, and in the upper half vertices within them.
+fn add_undecided(slot: u32, origin: vec3<u32>, z: u32, undecided: vec2<u32>) -> u32 {
+    var all = 0u;
+    for (var cells = undecided; any(cells != vec2<u32>(0u)); cells = without_first(cells)) {
+        let number = first_cell(cells);
+        let y = number / 8u;
+        let entry = undecided_entry(slot, origin, vec3<u32>(number & 7u, y, z));
+        let count = triangle_count(entry);
+        let centres = centre_count(entry);
+        records[slot].triangles[4u * z + y / 2u] += centres << (11u + 16u * (y & 1u));
+        for (var later = y + 1u; later < 8u; later++) {
+            records[slot].triangles[4u * z + later / 2u] += count << (16u * (later & 1u));
+        }
+        all += count | (centres << 16u);
+    }
+    return all;
 }

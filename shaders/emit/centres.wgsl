@@ -1,17 +1,29 @@
-// emit of the vertices within cells that topologically correct marching cubes needs: each the mean of the vertices around it. One
-// invocation a row. CPU twin: src/stage/emit/cpu/centres.rs.
+// emit of the vertices within cells that topologically correct marching cubes needs: each the mean of the vertices around it.
+// CPU twin: src/stage/emit/cpu/centres.rs.
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(ROW_LANES)
 fn emit_centres(
-    @builtin(local_invocation_index) row: u32,
+    @builtin(local_invocation_index) lane: u32,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let slot = slot_of(group, groups);
-    if slot >= batch_end(work.own_active) || centres_of_row(slot, row) == 0u {
+    if slot >= batch_end(work.own_active) {
         return;
     }
+    // Of the invocation's rows, which have any. Few do, and what lavapipe executes for none of them it should once a brick.
+    var rows = 0u;
+    for (var row = lane; row < 64u; row += ROW_LANES) {
+        rows |= u32(centres_of_row(slot, row) > 0u) << (row / ROW_LANES);
+    }
     let origin = brick_origin(active_list[slot]);
+    for (; rows != 0u; rows &= rows - 1u) {
+        write_centres(slot, origin, lane + ROW_LANES * countTrailingZeros(rows));
+    }
+    report_runaway();
+}
+
+fn write_centres(slot: u32, origin: vec3<u32>, row: u32) {
     let y = row % 8u;
     let z = row / 8u;
     let case_rows = vec4<u32>(
@@ -21,19 +33,19 @@ fn emit_centres(
         row_inside(slot, origin, y + 1u, z + 1u),
     );
     var number = first_centre(slot, row);
-    for (var mixed = mixed_cells(case_rows, row_shape(origin, y, z)); mixed != 0u; mixed &= mixed - 1u) {
-        let cell = vec3<u32>(countTrailingZeros(mixed), y, z);
-        let case_byte = cell_case(case_rows, cell.x);
-        let entry = cell_entry(slot, origin, cell, case_byte);
+    let mixed = mixed_cells(case_rows, row_shape(origin, y, z));
+    for (var cells = mixed & undecided_cells(case_rows); cells != 0u; cells &= cells - 1u) {
+        let cell = vec3<u32>(countTrailingZeros(cells), y, z);
+        let lowest_inside = (cell_case(case_rows, cell.x) & 1u) == 1u;
+        let entry = undecided_entry(slot, origin, cell);
         for (var i = 0u; i < centre_count(entry); i++) {
             let place = number - params.vertex_window;
             if place < call.vertex_capacity {
-                write_vertex(place, make_centre(slot, origin, cell, around_centre(entry, i), (case_byte & 1u) == 1u));
+                write_vertex(place, make_centre(slot, origin, cell, around_centre(entry, i), lowest_inside));
             }
             number--;
         }
     }
-    report_runaway();
 }
 
 fn row_inside(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {

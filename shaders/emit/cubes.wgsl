@@ -14,7 +14,7 @@ fn vertex_on(edge: u32, cell: vec3<u32>, brick: u32, slot: u32) -> u32 {
 
 // Number of the vertex at a corner of a triangle; `centre` is that of the cell's first one within.
 fn corner_vertex(corner: u32, cell: vec3<u32>, brick: u32, slot: u32, centre: u32) -> u32 {
-    if HAS_CENTRES && corner >= 12u {
+    if HAS_UNDECIDED && corner >= 12u {
         return centre - (corner - 12u);
     }
     return vertex_on(corner, cell, brick, slot);
@@ -49,6 +49,24 @@ fn edge_vertices(slot: u32) -> u32 {
     return (records[slot].planes[7] & 0xffffu) + (last >> 24u) + countOneBits(last & 0xffffffu);
 }
 
+// Keeps the entries of the undecided cells in the rows of an invocation, at most eight.
+fn keep_undecided(slot: u32, origin: vec3<u32>, lane: u32) {
+    var undecided = vec2<u32>(0u);
+    for (var row = lane; row < 64u; row += ROW_LANES) {
+        let y = row % 8u;
+        let z = row / 8u;
+        let bits = cell_rows(slot, origin, y, z);
+        let left = mixed_cells(bits, row_shape(origin, y, z)) & undecided_cells(bits);
+        undecided |= cells_of_row(left, row / ROW_LANES);
+    }
+    for (; any(undecided != vec2<u32>(0u)); undecided = without_first(undecided)) {
+        let i = first_cell(undecided);
+        let row = lane + ROW_LANES * (i / 8u);
+        let cell = vec3<u32>(i & 7u, row % 8u, row / 8u);
+        keep_entry(8u * row + cell.x, undecided_entry(slot, origin, cell));
+    }
+}
+
 // The triangles of a row's cells, as far as the window has room.
 fn write_triangles(slot: u32, brick: u32, origin: vec3<u32>, row: u32) {
     let y = row % 8u;
@@ -57,10 +75,11 @@ fn write_triangles(slot: u32, brick: u32, origin: vec3<u32>, row: u32) {
     var triangle = params.first_triangle + offsets[slot].y + (records[slot].planes[z] >> 16u) + in_plane;
     triangle -= params.triangle_window;
     var centre = 0u;
-    if HAS_CENTRES && centres_of_row(slot, row) > 0u {
+    if HAS_UNDECIDED && centres_of_row(slot, row) > 0u {
         centre = first_centre(slot, row);
     }
     let bits = cell_rows(slot, origin, y, z);
+    let undecided = undecided_cells(bits);
     var mixed = mixed_cells(bits, row_shape(origin, y, z));
     if mixed == 0u {
         return;
@@ -68,7 +87,7 @@ fn write_triangles(slot: u32, brick: u32, origin: vec3<u32>, row: u32) {
     // Loops that ask at their end: where the condition comes first, lavapipe runs through all once more, for nothing.
     loop {
         let cell = vec3<u32>(countTrailingZeros(mixed), y, z);
-        let entry = cell_entry(slot, origin, cell, cell_case(bits, cell.x));
+        let entry = cell_entry(cell_case(bits, cell.x), 8u * row + cell.x, ((undecided >> cell.x) & 1u) == 1u);
         let count = triangle_count(entry);
         var t = 0u;
         loop {

@@ -109,8 +109,12 @@ fn emit_indices(
     }
     workgroupBarrier();
     if live {
+        let origin = brick_origin(brick);
+        if HAS_UNDECIDED {
+            keep_undecided(slot, origin, lane);
+        }
         for (var row = lane; row < 64u; row += ROW_LANES) {
-            write_triangles(slot, brick, brick_origin(brick), row);
+            write_triangles(slot, brick, origin, row);
         }
     }
 }

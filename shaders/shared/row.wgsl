@@ -53,6 +53,20 @@ fn mixed_cells(bits: vec4<u32>, shape: RowShape) -> u32 {
     return ((some | (some >> 1u)) & ~(every & (every >> 1u))) & ((1u << shape.cells) - 1u);
 }
 
+// Up to 64 cells, a bit each: eight rows of them, from the lowest bits on.
+fn cells_of_row(cells: u32, row: u32) -> vec2<u32> {
+    let word = cells << (8u * (row & 3u));
+    return select(vec2<u32>(word, 0u), vec2<u32>(0u, word), row >= 4u);
+}
+
+fn first_cell(cells: vec2<u32>) -> u32 {
+    return select(countTrailingZeros(cells.x), 32u + countTrailingZeros(cells.y), cells.x == 0u);
+}
+
+fn without_first(cells: vec2<u32>) -> vec2<u32> {
+    return cells & select(vec2<u32>(cells.x - 1u, 0xffffffffu), vec2<u32>(0u, cells.y - 1u), cells.x == 0u);
+}
+
 fn cell_case(bits: vec4<u32>, x: u32) -> u32 {
     let pairs = (bits >> vec4<u32>(x)) & vec4<u32>(3u);
     return pairs.x | (pairs.y << 2u) | (pairs.z << 4u) | (pairs.w << 6u);

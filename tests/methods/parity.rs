@@ -56,7 +56,8 @@ fn fields() -> Vec<(&'static str, Named, Grid, f32)> {
 ///
 /// Goes red when `tunnel` (shaders/shared/trilinear.wgsl) takes the ends of lines C and D for each other, when `first_centre`
 /// (shaders/emit/cubes.wgsl) leaves a row out, when `vertex_on` (shaders/emit/tetrahedra.wgsl) counts direction 7 twice, and when
-/// `classify` (shaders/classify/tetrahedra.wgsl) forgets the rows y = 8.
+/// `classify` (shaders/classify/tetrahedra.wgsl) forgets the rows y = 8; also when `undecided_cells` (shaders/cases/mc33.wgsl) leaves out the
+/// symmetric ones, and `add_undecided` (shaders/classify/serial.wgsl) the row behind a cell's.
 #[test]
 fn stages_agree() {
     let Some(extractor) = common::extractor() else { return };
