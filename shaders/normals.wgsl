@@ -19,14 +19,18 @@ const PARTS = 262144.0;
 // What rounding can make of 40 normals that cancel lies below.
 const LEAST_SUM = 32.0;
 const LANES = 64u;
+// Items of an invocation. It first looks through all for marks, which few have: lavapipe executes what nobody takes, so that this
+// waits for a loop over those alone.
+const ITEMS = 32u;
 const MOST_GROUPS = 65535u;
 
-fn item_of(lane: u32, group: vec3<u32>, groups: vec3<u32>) -> u32 {
-    return (group.y * groups.x + group.x) * LANES + lane;
+// The first item of an invocation; the next ones follow each LANES further on.
+fn first_item(lane: u32, group: vec3<u32>, groups: vec3<u32>) -> u32 {
+    return (group.y * groups.x + group.x) * LANES * ITEMS + lane;
 }
 
 fn arrange_for(place: u32, items: u32, wanted: bool) {
-    let groups = items / LANES + 1u;
+    let groups = items / (LANES * ITEMS) + 1u;
     dispatches[place] = select(0u, min(groups, MOST_GROUPS), wanted);
     dispatches[place + 1u] = select(0u, groups / MOST_GROUPS + 1u, wanted);
     dispatches[place + 2u] = select(0u, 1u, wanted);
@@ -67,30 +71,42 @@ fn parts(number: u32) -> vec3<u32> {
     return bitcast<vec3<u32>>(vec3<i32>(floor(bitcast<vec3<f32>>(words) * PARTS + 0.5))) * 8u;
 }
 
+// The corners of a triangle of the window.
+fn corners_of(place: u32) -> vec3<u32> {
+    return vec3<u32>(indices[3u * place], indices[3u * place + 1u], indices[3u * place + 2u]);
+}
+
+// Whether a vertex lies in the window and is marked.
+fn has_mark(number: u32) -> bool {
+    // Below the window this is a large number.
+    let place = number - params.vertex_window;
+    return place < call.vertex_capacity && is_marked(atomicLoad(&vertices[6u * place + 3u]));
+}
+
 @compute @workgroup_size(LANES)
 fn add_neighbours(
     @builtin(local_invocation_index) lane: u32,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    let triangle = params.first_triangle + item_of(lane, group, groups);
-    if triangle >= min(params.triangle_window + call.triangle_capacity, header.triangles) {
-        return;
+    let first = params.first_triangle - params.triangle_window + first_item(lane, group, groups);
+    let end = min(call.triangle_capacity, header.triangles - params.triangle_window);
+    var beside_marks = 0u;
+    for (var i = 0u; i < ITEMS && first + LANES * i < end; i++) {
+        let corners = corners_of(first + LANES * i);
+        beside_marks |= u32(has_mark(corners.x) || has_mark(corners.y) || has_mark(corners.z)) << i;
     }
-    let first = 3u * (triangle - params.triangle_window);
-    var corners = array<u32, 3>(indices[first], indices[first + 1u], indices[first + 2u]);
-    for (var i = 0u; i < 3u; i++) {
-        // Below the window this is a large number.
-        let place = corners[i] - params.vertex_window;
-        if place >= call.vertex_capacity {
-            continue;
-        }
-        let at = 6u * place + 3u;
-        if is_marked(atomicLoad(&vertices[at])) {
-            let sum = parts(corners[(i + 1u) % 3u]) + parts(corners[(i + 2u) % 3u]);
-            atomicAdd(&vertices[at], sum.x);
-            atomicAdd(&vertices[at + 1u], sum.y);
-            atomicAdd(&vertices[at + 2u], sum.z);
+    for (; beside_marks != 0u; beside_marks &= beside_marks - 1u) {
+        var corners = corners_of(first + LANES * countTrailingZeros(beside_marks));
+        for (var i = 0u; i < 3u; i++) {
+            if has_mark(corners.x) {
+                let at = 6u * (corners.x - params.vertex_window) + 3u;
+                let sum = parts(corners.y) + parts(corners.z);
+                atomicAdd(&vertices[at], sum.x);
+                atomicAdd(&vertices[at + 1u], sum.y);
+                atomicAdd(&vertices[at + 2u], sum.z);
+            }
+            corners = corners.yzx;
         }
     }
 }
@@ -101,15 +117,20 @@ fn average(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    let place = item_of(lane, group, groups);
-    if place >= min(call.vertex_capacity, header.vertices - params.vertex_window) {
-        return;
+    let first = first_item(lane, group, groups);
+    let end = min(call.vertex_capacity, header.vertices - params.vertex_window);
+    var marked = 0u;
+    for (var i = 0u; i < ITEMS && first + LANES * i < end; i++) {
+        marked |= u32(is_marked(atomicLoad(&vertices[6u * (first + LANES * i) + 3u]))) << i;
     }
-    let at = 6u * place + 3u;
+    for (; marked != 0u; marked &= marked - 1u) {
+        write_average(6u * (first + LANES * countTrailingZeros(marked)) + 3u);
+    }
+}
+
+// Turns the mark that begins at a word, with what was added to it, into a normal.
+fn write_average(at: u32) {
     let words = vec3<u32>(atomicLoad(&vertices[at]), atomicLoad(&vertices[at + 1u]), atomicLoad(&vertices[at + 2u]));
-    if !is_marked(words.x) {
-        return;
-    }
     let sum = vec3<f32>(bitcast<vec3<i32>>(words - MARK) >> vec3<u32>(3u));
     // Where the neighbours say nothing, the normal runs along the edge, out of the solid.
     let axis = vec3<f32>(vec3<u32>(0u, 1u, 2u) == vec3<u32>(words.x & 3u));

@@ -41,7 +41,8 @@ const ROW_FLAGS: &str = include_str!("../../shaders/brick/row_flags.wgsl");
 const SHARED_ROWS: &str = include_str!("../../shaders/brick/shared_rows.wgsl");
 const READ_SAMPLES: &str = include_str!("../../shaders/brick/read_samples.wgsl");
 const READ_ROWS: &str = include_str!("../../shaders/brick/read_rows.wgsl");
-const EMIT_WORKGROUP: &str = include_str!("../../shaders/emit/workgroup.wgsl");
+const EMIT_ROWS: &str = include_str!("../../shaders/emit/rows.wgsl");
+const EMIT_CELLS: &str = include_str!("../../shaders/emit/cells.wgsl");
 const PLACE_LINEAR: &str = include_str!("../../shaders/place/linear.wgsl");
 const PLACE_MIDPOINT: &str = include_str!("../../shaders/place/midpoint.wgsl");
 const PLACE_SNAPPED: &str = include_str!("../../shaders/place/snapped.wgsl");
@@ -297,7 +298,8 @@ pub fn emit(
     let lanes = format!("const LANES = {lanes}u;\nconst ROW_LANES = {row_lanes}u;\n");
     let shared = link(&[PARAMS, WORK, INSIDE, GRID, HEADER, READ_MAP, MAP, ROW, UNIT]);
     let shared = link(&[&shared, &source, &lanes, &cases(method), EMIT, place]);
-    let cubes = || link(&[&shared, RECORD, EMIT_CUBES, EMIT_WORKGROUP]);
+    let triangles = if form == Form::Serial { EMIT_CELLS } else { EMIT_ROWS };
+    let cubes = || link(&[&shared, RECORD, EMIT_CUBES, triangles]);
     match method {
         Method::MarchingCubes => cubes(),
         Method::Mc33 => link(&[&cubes(), EMIT_CENTRES]),

@@ -12,8 +12,8 @@ use super::shaders;
 use crate::gpu::kernel::{Bindings, Kernel};
 use crate::gpu::{Gpu, GpuError};
 
-/// Items a workgroup.
-const LANES: u32 = 64;
+/// Items a workgroup: `LANES` and `ITEMS` of the shader.
+const GROUP: u32 = 64 * 32;
 
 /// The kernels of the stage.
 #[derive(Debug)]
@@ -62,7 +62,7 @@ impl Normals {
         bindings: &Bindings<'_>,
         triangles: u32,
     ) {
-        self.add_neighbours.dispatch(gpu, pass, bindings, triangles.div_ceil(LANES));
+        self.add_neighbours.dispatch(gpu, pass, bindings, triangles.div_ceil(GROUP));
     }
 
     /// Turns what is marked in a window of so many `vertices` into normals.
@@ -73,6 +73,6 @@ impl Normals {
         bindings: &Bindings<'_>,
         vertices: u32,
     ) {
-        self.average.dispatch(gpu, pass, bindings, vertices.div_ceil(LANES));
+        self.average.dispatch(gpu, pass, bindings, vertices.div_ceil(GROUP));
     }
 }

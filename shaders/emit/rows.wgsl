@@ -1,44 +1,5 @@
-// emit of cubes: who makes which vertex and triangle. A workgroup brings together what it looks up of its brick.
-
-// The edge of each vertex: row in bits 5 and up, below it the bit of the row's word.
-var<workgroup> brick_edges: array<u32, 1536>;
-
-@compute @workgroup_size(LANES)
-fn emit_vertices(
-    @builtin(local_invocation_index) lane: u32,
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-) {
-    let slot = slot_of(group, groups);
-    let live = slot < batch_end(work.own_active);
-    if live {
-        for (var row = lane; row < 64u; row += LANES) {
-            let word = records[slot].rows[row];
-            var place = (records[slot].planes[row / 8u] & 0xffffu) + (word >> 24u);
-            for (var edges = word & 0xffffffu; edges != 0u; edges &= edges - 1u) {
-                brick_edges[place] = (row << 5u) | countTrailingZeros(edges);
-                place++;
-            }
-        }
-    }
-    workgroupBarrier();
-    if !live {
-        return;
-    }
-    let origin = brick_origin(active_list[slot]);
-    let first = offsets[slot].x;
-    let count = edge_vertices(slot);
-    for (var k = lane; k < count; k += LANES) {
-        let place = params.first_vertices.x + first + k - params.vertex_window;
-        if place >= call.vertex_capacity {
-            break;
-        }
-        let edge = brick_edges[k];
-        let owner = vec3<u32>(edge & 7u, (edge >> 5u) & 7u, edge >> 8u);
-        write_vertex(place, make_vertex(slot, origin, owner, along((edge >> 3u) & 3u)));
-    }
-    report_runaway();
-}
+// emit of the triangles of cubes, an invocation a row of cells: for GPUs. A workgroup brings together what it looks up of its brick.
+// The other form: shaders/emit/cells.wgsl, with the same CPU twin.
 
 // Of the rows y + 9 z (0 to 8) of the brick's cells, whichever brick owns them: the crossed edges, and the number of the first
 // vertex. Behind these 81, what lies in the next bricks along x of the same rows.
@@ -48,7 +9,7 @@ var<workgroup> row_first: array<u32, 162>;
 // Looks them up. Bricks that are not active have no crossed edges. Of bricks beyond the grid's end there is anything, and no
 // cell asks for it.
 fn load_edges(slot: u32, brick: u32, lane: u32) {
-    for (var i = lane; i < 162u; i += ROW_LANES) {
+    for (var i = lane; i < 162u; i += 64u) {
         let row = i % 81u;
         let owner = vec3<u32>(8u * (i / 81u), row % 9u, row / 9u);
         // 1 where the owner lies in the next brick along an axis.
@@ -90,14 +51,48 @@ fn crossed_along(edges: vec2<u32>) -> u32 {
 }
 
 // Number of the vertex on the edge along `axis` of a point, 0 to 8 along each axis, of the brick or of those beside it.
-fn owned_vertex(owner: vec3<u32>, axis: u32, brick: u32, slot: u32) -> u32 {
+fn owned_vertex(owner: vec3<u32>, axis: u32) -> u32 {
     let row = owner.y + 9u * owner.z + 81u * (owner.x >> 3u);
     return row_first[row] + countOneBits(row_edges[row] & ((1u << (8u * axis + (owner.x & 7u))) - 1u));
 }
 
-@compute @workgroup_size(ROW_LANES)
+// Keeps the entries of a row's undecided cells.
+fn keep_undecided(slot: u32, origin: vec3<u32>, row: u32) {
+    let y = row % 8u;
+    let z = row / 8u;
+    let bits = cell_rows(slot, origin, y, z);
+    let mixed = mixed_cells(bits, row_shape(origin, y, z));
+    for (var undecided = mixed & undecided_cells(bits); undecided != 0u; undecided &= undecided - 1u) {
+        let cell = vec3<u32>(countTrailingZeros(undecided), y, z);
+        keep_entry(8u * row + cell.x, undecided_entry(slot, origin, cell));
+    }
+}
+
+// The triangles of a row's cells.
+fn write_triangles(slot: u32, origin: vec3<u32>, row: u32) {
+    let y = row % 8u;
+    let z = row / 8u;
+    let in_plane = (records[slot].triangles[row / 2u] >> (16u * (row & 1u))) & 0x7ffu;
+    var triangle = params.first_triangle + offsets[slot].y + (records[slot].planes[z] >> 16u) + in_plane;
+    triangle -= params.triangle_window;
+    var centre = 0u;
+    if HAS_UNDECIDED && centres_of_row(slot, row) > 0u {
+        centre = first_centre(slot, row);
+    }
+    let bits = cell_rows(slot, origin, y, z);
+    let undecided = undecided_cells(bits);
+    for (var mixed = mixed_cells(bits, row_shape(origin, y, z)); mixed != 0u; mixed &= mixed - 1u) {
+        let cell = vec3<u32>(countTrailingZeros(mixed), y, z);
+        let entry = cell_entry(cell_case(bits, cell.x), 8u * row + cell.x, ((undecided >> cell.x) & 1u) == 1u);
+        write_cell(triangle, entry, cell, centre);
+        triangle += triangle_count(entry);
+        centre -= centre_count(entry);
+    }
+}
+
+@compute @workgroup_size(64)
 fn emit_indices(
-    @builtin(local_invocation_index) lane: u32,
+    @builtin(local_invocation_index) row: u32,
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
@@ -105,16 +100,14 @@ fn emit_indices(
     let live = slot < batch_end(work.own_active);
     let brick = active_list[select(call.first_slot, slot, live)];
     if live {
-        load_edges(slot, brick, lane);
+        load_edges(slot, brick, row);
     }
     workgroupBarrier();
     if live {
         let origin = brick_origin(brick);
         if HAS_UNDECIDED {
-            keep_undecided(slot, origin, lane);
+            keep_undecided(slot, origin, row);
         }
-        for (var row = lane; row < 64u; row += ROW_LANES) {
-            write_triangles(slot, brick, origin, row);
-        }
+        write_triangles(slot, origin, row);
     }
 }
