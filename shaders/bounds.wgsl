@@ -28,8 +28,8 @@ fn iv_world(origin: f32, step: vec3<f32>, x: vec2<f32>, y: vec2<f32>, z: vec2<f3
 // Order keys of the field's bounds over the bricks from `first` to before `end` (in the grid); the widest
 // where nothing is known.
 fn keys_over(first: vec3<u32>, end: vec3<u32>) -> vec2<u32> {
-    let low = vec3<f32>(first * 8u);
-    let high = vec3<f32>(min(end * 8u, params.points - vec3<u32>(1u)));
+    let low = vec3<f32>(first * 8u) - params.margin;
+    let high = vec3<f32>(min(end * 8u, params.points - vec3<u32>(1u))) - params.margin;
     let x = vec2<f32>(low.x, high.x);
     let y = vec2<f32>(low.y, high.y);
     let z = vec2<f32>(low.z, high.z);

@@ -15,6 +15,7 @@ fn classify(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    take_settings();
     let row = lane_of(lane);
     let y = row % 8u;
     let z = row / 8u;

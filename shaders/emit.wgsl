@@ -3,8 +3,8 @@
 // Vertices lie in the order of their brick, plane, row, direction and place in the row; triangles in that
 // of their brick and cell. A cell finds the vertices of the bricks beside it through the brick map
 // and the prefix of the edge masks, so the mesh is welded across bricks. CPU twin: src/stage/emit/cpu/.
-// Which triangles there are: shaders/emit/cubes.wgsl, tetrahedra.wgsl. Who makes which vertex and triangle of cubes:
-// shaders/emit/workgroup.wgsl. How many invocations a workgroup has, LANES and ROW_LANES, says the form.
+// Which triangles there are: shaders/emit/cubes.wgsl, tetrahedra.wgsl. Who makes which triangle of cubes: shaders/emit/
+// rows.wgsl, cells.wgsl. How many invocations a workgroup has, LANES and ROW_LANES, says the form.
 
 @group(0) @binding(6) var<storage, read> active_list: array<u32>;
 // First vertex and triangle of each slot, within the slab.
@@ -53,8 +53,7 @@ fn make_vertex(slot: u32, origin: vec3<u32>, owner: vec3<u32>, across: vec3<u32>
     let a = sample_bits(slot, origin, owner);
     let b = sample_bits(slot, origin, owner + across);
     let t = fraction(origin + owner, across, a, b);
-    let q = vec3<f32>(origin + owner) + vec3<f32>(across) * t;
-    let position = grid_position(q);
+    let position = grid_position(vec3<f32>(origin + owner), vec3<f32>(across) * t);
     let vector = outward_vector(origin, owner, across, t, position);
     let known = has_direction(vector);
     var normal = unit(select(vec3<f32>(1.0), vector, known));
@@ -81,6 +80,7 @@ fn write_vertex(place: u32, vertex: Vertex) {
 // arguments that draw nothing when a buffer is too short, and the sizes needed.
 @compute @workgroup_size(1)
 fn totals() {
+    take_settings();
     let total = offsets[work.own_active];
     work.vertices = total.x;
     work.triangles = total.y;

@@ -20,7 +20,7 @@ fn sample(
         // Points past the grid's end repeat the last one; no stage looks at them.
         let local = vec3<u32>(i % 9u, (i / 9u) % 9u, i / 81u);
         let point = min(origin + local, params.points - vec3<u32>(1u));
-        samples[(slot - call.first_slot) * 729u + i] = density(grid_position(vec3<f32>(point)));
+        samples[(slot - call.first_slot) * 729u + i] = density(grid_position(vec3<f32>(point), vec3<f32>(0.0)));
     }
     report_runaway();
 }

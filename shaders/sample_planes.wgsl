@@ -10,6 +10,7 @@ fn sample(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    take_settings();
     let slot = slot_of(group, groups);
     if slot >= batch_end(work.active_bricks) {
         return;
@@ -18,12 +19,12 @@ fn sample(
     // Points past the grid's end repeat the last one; no stage looks at them.
     let last = params.points - vec3<u32>(1u);
     for (var i = lane; i < 81u; i += LANES) {
-        let in_plane = grid_position(vec3<f32>(min(origin + vec3<u32>(i % 9u, i / 9u, 0u), last)));
+        let in_plane = grid_position(vec3<f32>(min(origin + vec3<u32>(i % 9u, i / 9u, 0u), last)), vec3<f32>(0.0));
         let plane = density_plane(in_plane);
         let place = (slot - call.first_slot) * 729u + i;
         for (var z = 0u; z < 9u; z++) {
             let point = vec3<u32>(0u, 0u, min(origin.z + z, last.z));
-            let at = vec3<f32>(in_plane.xy, grid_position(vec3<f32>(point)).z);
+            let at = vec3<f32>(in_plane.xy, grid_position(vec3<f32>(point), vec3<f32>(0.0)).z);
             samples[place + 81u * z] = density_in_plane(plane, at);
         }
     }

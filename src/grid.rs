@@ -47,8 +47,11 @@ pub enum GridError {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
     cells: UVec3,
+    /// Of point (margin, margin, margin).
     origin: Vec3,
     step: Mat3,
+    /// Whole, as a number to subtract from coordinates.
+    margin: f32,
 }
 
 impl Grid {
@@ -79,7 +82,7 @@ impl Grid {
         if determinant == 0.0 || !determinant.is_finite() || !inverse.as_mat3().is_finite() {
             return Err(GridError::Flat);
         }
-        Ok(Self { cells, origin, step })
+        Ok(Self { cells, origin, step, margin: 0.0 })
     }
 
     /// A grid of `cells` cells that fills the axis-aligned box from `lo` to `hi`.
@@ -115,6 +118,27 @@ impl Grid {
 
     /// World position of point (0, 0, 0).
     pub fn origin(&self) -> Vec3 {
+        if self.margin == 0.0 { self.origin } else { self.position(Vec3::ZERO) }
+    }
+
+    /// The grid with a layer of points around it, two cells more along each axis. Its other points have the positions that
+    /// they have in this one, to the bit.
+    ///
+    /// # Errors
+    /// As [`Grid::new`].
+    pub(crate) fn wider(&self) -> Result<Self, GridError> {
+        let wider = Self { margin: self.margin + 1.0, ..*self };
+        Self::new((self.cells + 2).to_array(), wider.origin(), self.step)?;
+        Ok(Self { cells: self.cells + 2, ..wider })
+    }
+
+    /// Layers of points that [`Grid::wider`] has put around the grid.
+    pub(crate) fn margin(&self) -> f32 {
+        self.margin
+    }
+
+    /// World position of the first point within them.
+    pub(crate) fn domain_origin(&self) -> Vec3 {
         self.origin
     }
 
@@ -137,10 +161,11 @@ impl Grid {
     /// World position at grid coordinates `q` (whole numbers are points).
     ///
     /// The order of operations is that of `grid_position` in `shaders/shared/grid.wgsl`, so both
-    /// give the same bits where the GPU does not contract.
+    /// give the same bits of points where the GPU does not contract.
     #[inline(always)]
     pub fn position(&self, q: Vec3) -> Vec3 {
-        self.origin + ((self.step.x_axis * q.x + self.step.y_axis * q.y) + self.step.z_axis * q.z)
+        let p = q - self.margin;
+        self.origin + ((self.step.x_axis * p.x + self.step.y_axis * p.y) + self.step.z_axis * p.z)
     }
 
     /// Whether the steps are left-handed, so that triangles must be wound the other way round.

@@ -14,6 +14,7 @@ fn classify(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    take_settings();
     let slot = call.first_slot + BRICKS * (group.y * groups.x + group.x) + lane;
     if slot >= batch_end(work.active_bricks) {
         return;

@@ -7,6 +7,7 @@ fn emit_centres(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    take_settings();
     let slot = slot_of(group, groups);
     if slot >= batch_end(work.own_active) {
         return;
@@ -67,7 +68,7 @@ fn make_centre(slot: u32, origin: vec3<u32>, cell: vec3<u32>, around: u32, lowes
         sum += vec3<f32>(lower) + vec3<f32>(axis) * crossing(bitcast<f32>(a), bitcast<f32>(b));
     }
     let within = sum / f32(countOneBits(around));
-    let position = grid_position(vec3<f32>(origin + cell) + within);
+    let position = grid_position(vec3<f32>(origin + cell), within);
     let vector = outward_within(origin + cell, within, position);
     let known = has_direction(vector);
     var normal = unit(select(vec3<f32>(1.0), vector, known));

@@ -80,6 +80,7 @@ fn emit_vertices(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    take_settings();
     let slot = slot_of(group, groups);
     let live = slot < batch_end(work.own_active);
     if live {

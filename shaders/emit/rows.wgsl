@@ -96,6 +96,7 @@ fn emit_indices(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    take_settings();
     let slot = slot_of(group, groups);
     let live = slot < batch_end(work.own_active);
     let brick = active_list[select(call.first_slot, slot, live)];

@@ -65,6 +65,7 @@ fn emit_vertices(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    take_settings();
     let slot = slot_of(group, groups);
     if slot >= batch_end(work.own_active) {
         return;
@@ -110,6 +111,7 @@ fn emit_indices(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    take_settings();
     let slot = slot_of(group, groups);
     if slot >= batch_end(work.own_active) {
         return;

@@ -6,7 +6,7 @@ const MOST_STEPS = 32u;
 const LEAST_NEAR = 0x1p-22f;
 
 fn on_edge(owner: vec3<f32>, across: vec3<f32>, t: f32) -> f32 {
-    return density(grid_position(owner + across * t));
+    return density(grid_position(owner, across * t));
 }
 
 fn fraction(owner: vec3<u32>, across: vec3<u32>, a: u32, b: u32) -> f32 {

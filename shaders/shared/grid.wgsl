@@ -1,9 +1,10 @@
-// Grid and brick indexing; the twins are `Grid::position` (src/grid.rs) and `Params::brick_origin`
-// (src/stage/params.rs).
+// Grid and brick indexing; the twins are `Params::grid_position` and `Params::brick_origin` (src/stage/params.rs).
 
-// World position at grid coordinates `q`. The order of operations is that of `Grid::position`.
-fn grid_position(q: vec3<f32>) -> vec3<f32> {
-    return params.origin + ((params.step_x * q.x + params.step_y * q.y) + params.step_z * q.z);
+// World position of what lies `within` a cell, in grid steps from a point of it. The margin goes off first, so that it changes no bit of
+// the position.
+fn grid_position(point: vec3<f32>, within: vec3<f32>) -> vec3<f32> {
+    let p = (point - params.margin) + within;
+    return params.origin + ((params.step_x * p.x + params.step_y * p.y) + params.step_z * p.z);
 }
 
 // Lowest point of a brick of the slab.

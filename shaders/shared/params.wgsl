@@ -1,6 +1,8 @@
-// The settings of a run over one slab that stay from frame to frame; `Uniform` in src/stage/params.rs, field by field.
+// The settings of a run over one slab, `params` and `call` of shaders/settings/.
+
+// Those that stay from frame to frame; `Uniform` in src/stage/params.rs, field by field.
 struct Params {
-    // World position of grid point 0, and the difference step for gradients.
+    // World position of grid point (margin, margin, margin), and the difference step for gradients.
     origin: vec3<f32>,
     delta: f32,
     // World steps along the grid axes.
@@ -29,7 +31,9 @@ struct Params {
     slab_first: vec3<u32>,
     slab_bricks: u32,
     slab_extent: vec3<u32>,
-    unused_a: u32,
+    // What grid coordinates are less before they become positions: 1 where a closed border has put a layer of points before point 0 of
+    // the domain, so that all others lie where they do without it.
+    margin: f32,
     // The box of sample points that the source buffer holds of a volume.
     source_first: vec3<u32>,
     unused_b: u32,
@@ -40,10 +44,7 @@ struct Params {
     first_vertices: vec4<u32>,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
-
-// What may change from call to call; `Call` in src/stage/params.rs, field by field. It travels within the commands where
-// the device has immediates (src/gpu/settings.rs).
+// Those that may change from call to call; `Call` in src/stage/params.rs, field by field.
 struct Call {
     iso: f32,
     // `order_key` of iso, XOR `flip`.
@@ -60,5 +61,3 @@ struct Call {
     // How near to the surface a snapped vertex lies, in world units.
     epsilon: f32,
 }
-
-@group(0) @binding(33) var<uniform> call: Call;

@@ -13,7 +13,7 @@ fn load_rows(slot: u32, origin: vec3<u32>, lane: u32, live: bool) {
     if live {
         for (var i = lane; i < 729u; i += 64u) {
             let point = min(origin + vec3<u32>(i % 9u, (i / 9u) % 9u, i / 81u), params.points - vec3<u32>(1u));
-            let value = density(grid_position(vec3<f32>(point)));
+            let value = density(grid_position(vec3<f32>(point), vec3<f32>(0.0)));
             samples[(slot - call.first_slot) * 729u + i] = value;
             let flags = sample_flags(bitcast<u32>(value));
             if flags != 0u {

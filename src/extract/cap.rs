@@ -63,9 +63,7 @@ impl<'a> Capped<'a> {
             return Err(CapError::Iso(iso));
         }
         let grid = source.grid();
-        let step = grid.step();
-        let origin = grid.origin() - (step.x_axis + step.y_axis + step.z_axis);
-        let wider = Grid::new((grid.cells() + 2).to_array(), origin, step)?;
+        let wider = grid.wider()?;
         let outward = match sense.unwrap_or(source.sense()) {
             Sense::Below => 1.0,
             Sense::Above => -1.0,

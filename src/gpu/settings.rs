@@ -4,9 +4,9 @@ use super::Gpu;
 use bytemuck::Pod;
 use std::sync::{Mutex, PoisonError};
 
-/// What a kernel's `call` is in the shaders; where a device has immediates, it is read from these instead.
-const UNIFORM: &str = "@group(0) @binding(33) var<uniform> call: Call;";
-const IMMEDIATE: &str = "var<immediate> call: Call;";
+/// How a kernel's `call` is bound in the shaders; where a device has immediates, it is read from these instead.
+const UNIFORM: &str = "@group(0) @binding(33) var<uniform>";
+const IMMEDIATE: &str = "var<immediate>";
 /// Bytes of immediates that a device must have: those of `Call`, which a test looks at.
 pub const CALL_BYTES: u32 = 32;
 
@@ -77,6 +77,11 @@ mod tests {
     #[test]
     fn they_fit() {
         assert_eq!(size_of::<Call>() as u32, CALL_BYTES);
-        assert!(include_str!("../../shaders/shared/params.wgsl").contains(UNIFORM));
+        for settings in [
+            include_str!("../../shaders/settings/bound.wgsl"),
+            include_str!("../../shaders/settings/copied.wgsl"),
+        ] {
+            assert_eq!(settings.matches(UNIFORM).count(), 1);
+        }
     }
 }

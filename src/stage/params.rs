@@ -36,6 +36,7 @@ pub struct Params {
     pub slab_first: [u32; 3],
     pub slab_bricks: u32,
     pub slab_extent: [u32; 3],
+    pub margin: f32,
     pub first_triangle: u32,
     pub source_first: [u32; 3],
     pub triangle_window: u32,
@@ -72,7 +73,7 @@ pub struct Uniform {
     pub slab_first: [u32; 3],
     pub slab_bricks: u32,
     pub slab_extent: [u32; 3],
-    pub unused_a: u32,
+    pub margin: f32,
     pub source_first: [u32; 3],
     pub unused_b: u32,
     pub source_extent: [u32; 3],
@@ -113,7 +114,7 @@ impl Params {
             method: Method::MarchingCubes,
             placement: Placement::Linear,
             epsilon: 0.0,
-            origin: grid.origin().into(),
+            origin: grid.domain_origin().into(),
             // GPUs may take smaller numbers for zero.
             delta: ((grid.shortest_step() * DELTA) as f32).max(f32::MIN_POSITIVE),
             step_x: step.x_axis.into(),
@@ -133,6 +134,7 @@ impl Params {
             slab_first: [0; 3],
             slab_bricks: bricks,
             slab_extent: grid.bricks().into(),
+            margin: grid.margin(),
             first_triangle: 0,
             source_first: [0; 3],
             triangle_window: 0,
@@ -170,7 +172,7 @@ impl Params {
             slab_first: self.slab_first,
             slab_bricks: self.slab_bricks,
             slab_extent: self.slab_extent,
-            unused_a: 0,
+            margin: self.margin,
             source_first: self.source_first,
             unused_b: 0,
             source_extent: self.source_extent,
@@ -220,11 +222,12 @@ impl Params {
             == [0.0; 6]
     }
 
-    /// World position at grid coordinates `q`; as [`Grid::position`].
+    /// World position of what lies `within` a cell, in grid steps from a point of it; of points, as [`Grid::position`].
     #[inline(always)]
-    pub fn grid_position(&self, q: Vec3) -> Vec3 {
+    pub fn grid_position(&self, point: Vec3, within: Vec3) -> Vec3 {
         let [x, y, z] = [self.step_x, self.step_y, self.step_z].map(Vec3::from);
-        Vec3::from(self.origin) + ((x * q.x + y * q.y) + z * q.z)
+        let p = (point - self.margin) + within;
+        Vec3::from(self.origin) + ((x * p.x + y * p.y) + z * p.z)
     }
 }
 

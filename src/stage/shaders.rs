@@ -10,7 +10,16 @@ use crate::table::mc33::MC33;
 use crate::table::tetrahedra::{CASE_WORDS, MARCHING_TETRAHEDRA};
 use crate::volume::Scalar;
 
-const PARAMS: &str = include_str!("../../shaders/shared/params.wgsl");
+const PARAMS: &str = concat!(
+    include_str!("../../shaders/shared/params.wgsl"),
+    "\n",
+    include_str!("../../shaders/settings/bound.wgsl")
+);
+const COPIED_PARAMS: &str = concat!(
+    include_str!("../../shaders/shared/params.wgsl"),
+    "\n",
+    include_str!("../../shaders/settings/copied.wgsl")
+);
 const WORK: &str = include_str!("../../shaders/shared/work.wgsl");
 const INSIDE: &str = concat!(
     include_str!("../../shaders/shared/finite.wgsl"),
@@ -172,12 +181,17 @@ pub fn sample_planes(wgsl: &Wgsl, form: Form) -> Option<String> {
         Form::Shared | Form::Subgroup => 81,
     };
     let lanes = format!("const LANES = {lanes}u;");
-    Some(link(&[PARAMS, WORK, GRID, &own, &lanes, SAMPLE_PLANES]))
+    Some(link(&[params(form), WORK, GRID, &own, &lanes, SAMPLE_PLANES]))
 }
 
 /// Invocations of a workgroup that does a brick in the serial form: as many as software adapters do at once. They start each
 /// such vector by itself, which costs more than a row of a brick.
 const VECTOR: u32 = 8;
+
+/// The settings of kernels that there is one of each form.
+fn params(form: Form) -> &'static str {
+    if form == Form::Serial { COPIED_PARAMS } else { PARAMS }
+}
 
 /// Sums over workgroups of so many invocations.
 fn group(form: Form, invocations: u32) -> String {
@@ -237,7 +251,7 @@ pub fn classify_sampling(wgsl: &Wgsl, form: Form) -> String {
 }
 
 fn classify_of(source: &str, rows: &str, method: Method, form: Form) -> String {
-    let shared = link(&[&group(form, 64), PARAMS, WORK, INSIDE, GRID, source, ROW, &cases(method)]);
+    let shared = link(&[&group(form, 64), params(form), WORK, INSIDE, GRID, source, ROW, &cases(method)]);
     match method {
         Method::MarchingCubes | Method::Mc33 => {
             let stage = if form == Form::Serial { CLASSIFY_SERIAL } else { CLASSIFY };
@@ -296,7 +310,7 @@ pub fn emit(
     };
     let row_lanes = if form == Form::Serial { VECTOR } else { 64 };
     let lanes = format!("const LANES = {lanes}u;\nconst ROW_LANES = {row_lanes}u;\n");
-    let shared = link(&[PARAMS, WORK, INSIDE, GRID, HEADER, READ_MAP, MAP, ROW, UNIT]);
+    let shared = link(&[params(form), WORK, INSIDE, GRID, HEADER, READ_MAP, MAP, ROW, UNIT]);
     let shared = link(&[&shared, &source, &lanes, &cases(method), EMIT, place]);
     let triangles = if form == Form::Serial { EMIT_CELLS } else { EMIT_ROWS };
     let cubes = || link(&[&shared, RECORD, EMIT_CUBES, triangles]);

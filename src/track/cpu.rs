@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
-use glam::UVec3;
+use glam::{UVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -138,7 +138,7 @@ fn are_inside(
             });
         }
         Source::Field(field, _) => each.try_for_each(|(bits, points)| {
-            let places = points.iter().map(|p| params.grid_position(p.as_vec3()));
+            let places = points.iter().map(|p| params.grid_position(p.as_vec3(), Vec3::ZERO));
             let mut values = vec![0.0; points.len()];
             let [mut x, mut y, mut z] = [(); 3].map(|()| Vec::with_capacity(points.len()));
             for place in places {

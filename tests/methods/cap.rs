@@ -74,6 +74,25 @@ fn a_full_domain_is_its_box() {
     }
 }
 
+/// A surface that keeps away from the border has the same triangles, to the bit, with it closed, also where faces lie in planes of points, whose side
+/// one rounding of their place would decide. Goes red when the wider grid counts its places from its own corner.
+#[test]
+fn elsewhere_nothing_changes() {
+    for (name, iso) in [("cube", 1.1), ("octahedron", 0.8), ("sphere", 1.0)] {
+        let (field, grid) = common::named(name, 60);
+        let source = Source::Field(&field, grid);
+        for options in options(iso) {
+            let [open, closed] = [on_cpu(&source, &options), capped(&source, &options)].map(|mesh| {
+                let of = |k: u32| mesh.vertices[k as usize].position.map(f32::to_bits);
+                let mut triangles: Vec<_> = mesh.triangles.iter().map(|t| t.map(of)).collect();
+                triangles.sort_unstable();
+                triangles
+            });
+            assert!(open == closed, "{name}: {options:?}");
+        }
+    }
+}
+
 /// Noise up to the border, and surfaces that leave the domain.
 #[test]
 fn borders_close() {

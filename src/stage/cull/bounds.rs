@@ -91,7 +91,8 @@ fn region(params: &Params, first: UVec3, end: UVec3) -> [Interval; 3] {
 /// The box of points of the cells from `first` to before `end`, cut off at the grid's end.
 pub fn region_of_cells(params: &Params, first: UVec3, end: UVec3) -> [Interval; 3] {
     let high = end.min(UVec3::from(params.points) - 1);
-    let [x, y, z] = [0, 1, 2].map(|i| Interval::new(first[i] as f32, high[i] as f32));
+    let [x, y, z] =
+        [0, 1, 2].map(|i| Interval::new(first[i] as f32 - params.margin, high[i] as f32 - params.margin));
     let world = |k: usize| {
         let along = |step: [f32; 3], by| iv::mul(Interval::point(step[k]), by);
         let (along_x, along_y, along_z) =

@@ -29,7 +29,7 @@ fn positions(params: &Params, origin: UVec3, out: [&mut [f32; SAMPLES_PER_BRICK]
     let mut point = [[0.0; 9]; 3];
     for (axis, point) in point.iter_mut().enumerate() {
         for (local, coordinate) in (0..).zip(point) {
-            *coordinate = (origin[axis] + local).min(params.points[axis] - 1) as f32;
+            *coordinate = (origin[axis] + local).min(params.points[axis] - 1) as f32 - params.margin;
         }
     }
     for (k, out) in out.into_iter().enumerate() {

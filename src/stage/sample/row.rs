@@ -56,7 +56,9 @@ impl Sampler {
         let axis = |k: usize, bricks: u32| -> Vec<f32> {
             let end = (origin[k] + BRICK * bricks + 1).min(params.points[k]);
             // As positions are everywhere: the sum with what the other axes add, which is 0.
-            (origin[k]..end).map(|i| params.origin[k] + (steps[k] * i as f32 + 0.0)).collect()
+            (origin[k]..end)
+                .map(|i| params.origin[k] + (steps[k] * (i as f32 - params.margin) + 0.0))
+                .collect()
         };
         let [x, y, z] = [axis(0, count), axis(1, 1), axis(2, 1)];
         self.points = [x.len(), y.len(), z.len()];

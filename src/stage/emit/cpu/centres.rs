@@ -47,7 +47,7 @@ pub fn emit_centres(
             for (i, vertex) in (0..entry.centres()).zip(&mut places) {
                 let within = centre(params, samples, cell, entry.around(i));
                 let lowest = origin + UVec3::from(cell.map(|n| n as u32));
-                let position = position(params, lowest.as_vec3() + within);
+                let position = params.grid_position(lowest.as_vec3(), within);
                 let vector = match normals {
                     NormalsOf::Field(field) => {
                         let [x, y, z] = position.to_array().map(|v| [v]);
@@ -78,11 +78,6 @@ fn centre(params: &Params, samples: &Samples<'_>, [x, y, z]: [usize; 3], around:
         sum += lower + Vec3::AXES[edge / 4] * t;
     }
     sum / around.count_ones() as f32
-}
-
-fn position(params: &Params, q: Vec3) -> Vec3 {
-    let [x, y, z] = [params.step_x, params.step_y, params.step_z].map(Vec3::from);
-    Vec3::from(params.origin) + ((x * q.x + y * q.y) + z * q.z)
 }
 
 /// The outward vector at a place within the cell of a volume.

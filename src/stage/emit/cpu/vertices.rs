@@ -126,9 +126,9 @@ impl<const N: usize> Crossings<N> {
             let [x, y, z] = [params.step_x[k], params.step_y[k], params.step_z[k]];
             for i in 0..N {
                 let t = self.t[i];
-                let qx = self.owner[0][i] + self.axis[0][i] * t;
-                let qy = self.owner[1][i] + self.axis[1][i] * t;
-                let qz = self.owner[2][i] + self.axis[2][i] * t;
+                let qx = (self.owner[0][i] - params.margin) + self.axis[0][i] * t;
+                let qy = (self.owner[1][i] - params.margin) + self.axis[1][i] * t;
+                let qz = (self.owner[2][i] - params.margin) + self.axis[2][i] * t;
                 self.position[k][i] = params.origin[k] + ((x * qx + y * qy) + z * qz);
             }
         }
