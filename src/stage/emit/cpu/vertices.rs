@@ -16,7 +16,7 @@ use crate::stage::params::Params;
 use crate::stage::samples::Samples;
 use crate::volume::values::each_type;
 use crate::volume::{Sample, Values};
-use glam::UVec3;
+use glam::{UVec3, Vec3};
 use multiversion::multiversion;
 
 /// 2⁻⁹⁰: differences below it are taken of scaled numbers. Some drivers flush results below 2⁻¹²⁶ to zero.
@@ -30,9 +30,13 @@ fn scaled(v: f32) -> f32 {
     if v.is_subnormal() { 0.0 } else { v * f32::from_bits(227 << 23) }
 }
 
+pub(super) fn is_beyond(a: f32, b: f32) -> bool {
+    a.abs() == FAR || b.abs() == FAR
+}
+
 /// Where between the edge's ends the value is iso; in the middle where the ends do not tell.
 pub(super) fn crossing(iso: f32, a: f32, b: f32) -> f32 {
-    if a.abs() == FAR || b.abs() == FAR {
+    if is_beyond(a, b) {
         return if a.abs() == FAR { 1.0 } else { 0.0 };
     }
     // The ends straddle iso: where they lie this close together, all three are small.
@@ -44,6 +48,14 @@ pub(super) fn crossing(iso: f32, a: f32, b: f32) -> f32 {
     if a.is_finite() && b.is_finite() && t.is_finite() { t.clamp(0.0, 1.0) } else { 0.5 }
 }
 
+/// Where on its edge the samples at the ends place a vertex.
+pub(super) fn unsnapped(params: &Params, a: f32, b: f32) -> f32 {
+    match params.placement {
+        Placement::Midpoint if !is_beyond(a, b) => 0.5,
+        Placement::Linear | Placement::Midpoint | Placement::Snapped { .. } => crossing(params.iso, a, b),
+    }
+}
+
 /// Vertices whose arithmetic is done together.
 const LANES: usize = 16;
 /// Of fields: as many as their evaluators take at a time.
@@ -51,9 +63,9 @@ const FIELD_LANES: usize = crate::graph::eval::LANES;
 
 /// Crossed edges of a brick, as many as `N`, and their vertices.
 pub(super) struct Crossings<const N: usize> {
-    /// Grid coordinates of the edges' owners.
+    /// Grid coordinates of the edges' owners, or of where lines of any direction begin.
     owner: [[f32; N]; 3],
-    /// 1 for the axes that the edge goes along, 0 for the others.
+    /// 1 for the axes that the edge goes along, 0 for the others; or how far a line goes along each.
     pub(super) axis: [[f32; N]; 3],
     /// The samples at the edges' ends.
     pub(super) ends: [[f32; N]; 2],
@@ -65,7 +77,7 @@ pub(super) struct Crossings<const N: usize> {
 
 impl<const N: usize> Crossings<N> {
     #[inline(always)]
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let [owner, axis, position] = [[[0.0; N]; 3]; 3];
         // Lanes that no edge fills must not look like the rare cases that are done one by one.
         Self { owner, axis, ends: [[0.0; N], [1.0; N]], t: [0.0; N], position }
@@ -81,15 +93,21 @@ impl<const N: usize> Crossings<N> {
         self.ends[1][i] = ends[1];
     }
 
+    /// A line of any direction: from `q` on, `way` along the grid's axes.
+    pub(super) fn set_line(&mut self, i: usize, q: Vec3, way: Vec3) {
+        for k in 0..3 {
+            self.owner[k][i] = q[k];
+            self.axis[k][i] = way[k];
+        }
+    }
+
     /// From ends to fractions and positions.
     #[inline(always)]
     fn place(&mut self, params: &Params) {
         match params.placement {
             Placement::Midpoint => {
                 for i in 0..N {
-                    let is_far = self.ends[0][i].abs() == FAR || self.ends[1][i].abs() == FAR;
-                    self.t[i] =
-                        if is_far { crossing(params.iso, self.ends[0][i], self.ends[1][i]) } else { 0.5 };
+                    self.t[i] = unsnapped(params, self.ends[0][i], self.ends[1][i]);
                 }
             }
             Placement::Linear | Placement::Snapped { .. } => self.cross(params),
