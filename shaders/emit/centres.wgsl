@@ -1,4 +1,5 @@
-// emit of the vertices within cells that topologically correct marching cubes needs: each the mean of the vertices around it.
+// emit of the vertices within cells that topologically correct marching cubes needs: each the mean of the vertices around it,
+// as the samples place these, and where vertices are snapped moved from there to the field's own surface (shaders/place/snapped.wgsl).
 // CPU twin: src/stage/emit/cpu/centres.rs.
 
 @compute @workgroup_size(ROW_LANES)
@@ -65,11 +66,20 @@ fn make_centre(slot: u32, origin: vec3<u32>, cell: vec3<u32>, around: u32, lowes
         let axis = along(edge >> 2u);
         let a = sample_bits(slot, origin, cell + lower);
         let b = sample_bits(slot, origin, cell + lower + axis);
-        sum += vec3<f32>(lower) + vec3<f32>(axis) * crossing(bitcast<f32>(a), bitcast<f32>(b));
+        sum += vec3<f32>(lower) + vec3<f32>(axis) * unsnapped(bitcast<f32>(a), bitcast<f32>(b));
     }
+    let lowest = origin + cell;
     let within = sum / f32(countOneBits(around));
-    let position = grid_position(vec3<f32>(origin + cell), within);
-    let vector = outward_within(origin + cell, within, position);
+    var position = grid_position(vec3<f32>(lowest), within);
+    var vector = vec3<f32>(0.0);
+    // A loop, so that the field's gradient is compiled once.
+    for (var moves = u32(CENTRES_MOVE); ; moves--) {
+        vector = outward_within(lowest, within, position);
+        if moves == 0u {
+            break;
+        }
+        position = domain_position(snap_within(lowest, within, vector));
+    }
     let known = has_direction(vector);
     var normal = unit(select(vec3<f32>(1.0), vector, known));
     if !known {

@@ -1,5 +1,4 @@
 // Vertices in the middle of their edges.
-fn fraction(owner: vec3<u32>, across: vec3<u32>, a: u32, b: u32) -> f32 {
-    let ends = vec2<f32>(bitcast<f32>(a), bitcast<f32>(b));
-    return select(0.5, crossing(ends.x, ends.y), is_beyond(ends.x, ends.y));
+fn unsnapped(a: f32, b: f32) -> f32 {
+    return select(0.5, crossing(a, b), is_beyond(a, b));
 }

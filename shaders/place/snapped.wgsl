@@ -1,51 +1,108 @@
 // Vertices where the field itself crosses iso, within `call.epsilon`: the secant's place and the middle of what is left by
 // turns, each with a look `near` further on, which closes the bracket once the place is good. CPU twin: src/stage/emit/cpu/snap.rs.
 
+const CENTRES_MOVE = true;
 const MOST_STEPS = 32u;
 // 2⁻²²: less does not show beside a whole number.
 const LEAST_NEAR = 0x1p-22f;
+// How far apart on its line the field is looked at for a vertex within a cell, in grid steps along the axis that the line goes along
+// most, and how often on either side.
+const LOOK_STEP = 0.125;
+const LOOKS = 6u;
+// From the cell's faces such a vertex stays this far, in grid steps.
+const MARGIN = 0.015625;
 
-fn on_edge(owner: vec3<f32>, across: vec3<f32>, t: f32) -> f32 {
-    return density(grid_position(owner, across * t));
+// What is left of a line: fractions of it on either side of iso, and the values there.
+struct Bracket {
+    low: f32,
+    high: f32,
+    at_low: f32,
+    at_high: f32,
+}
+
+// The fraction of the line from `p` on, `way` in grid steps, at which the field crosses iso within a bracket.
+fn crossing_on(p: vec3<f32>, way: vec3<f32>, bracket: Bracket) -> f32 {
+    var left = bracket;
+    let step = (params.step_x * way.x + params.step_y * way.y) + params.step_z * way.z;
+    // No longer than the line is long; where a border is closed there is nothing to look for.
+    let near = select(
+        max(0.5 * call.epsilon / ((abs(step.x) + abs(step.y)) + abs(step.z)), LEAST_NEAR),
+        1.0,
+        is_beyond(left.at_low, left.at_high),
+    );
+    let inside_low = is_inside(bitcast<u32>(left.at_low));
+    var t = 0.0;
+    // Both looks of a step are one call: kernels take the longer to compile the more of them there are.
+    for (var i = 0u; i < 2u * MOST_STEPS; i++) {
+        if (i & 1u) == 0u {
+            if !(left.high - left.low > 2.0 * near) {
+                break;
+            }
+            t = left.low + (left.high - left.low) * select(crossing(left.at_low, left.at_high), 0.5, (i & 2u) == 2u);
+        }
+        let v = density(domain_position(p + way * t));
+        if is_inside(bitcast<u32>(v)) == inside_low {
+            left.low = t;
+            left.at_low = v;
+            t = min(t + near, left.high);
+        } else {
+            left.high = t;
+            left.at_high = v;
+            t = max(t - near, left.low);
+        }
+    }
+    return left.low + (left.high - left.low) * crossing(left.at_low, left.at_high);
 }
 
 fn fraction(owner: vec3<u32>, across: vec3<u32>, a: u32, b: u32) -> f32 {
-    if is_beyond(bitcast<f32>(a), bitcast<f32>(b)) {
-        // Where a border is closed there is nothing to look for.
-        return crossing(bitcast<f32>(a), bitcast<f32>(b));
+    return crossing_on(vec3<f32>(owner) - params.margin, vec3<f32>(across), Bracket(0.0, 1.0, bitcast<f32>(a), bitcast<f32>(b)));
+}
+
+// How far a vertex within a cell may go.
+fn reach(within: vec3<f32>, way: vec3<f32>) -> f32 {
+    let room = (select(within, vec3<f32>(1.0) - within, way > vec3<f32>(0.0)) - MARGIN) / max(abs(way), vec3<f32>(LEAST_NEAR));
+    return max(min(room.x, min(room.y, room.z)), 0.0);
+}
+
+// Moves a vertex within the cell at `lowest` to the nearest place that is found in the cell, on the line through it along
+// `outward`, where the field crosses iso; where none is found it stays. In grid steps in the domain. A cell beyond a closed border has
+// no such vertex: one of its faces is outside altogether.
+fn snap_within(lowest: vec3<u32>, within: vec3<f32>, outward: vec3<f32>) -> vec3<f32> {
+    let p = (vec3<f32>(lowest) - params.margin) + within;
+    let v = unit(select(vec3<f32>(1.0), outward, has_direction(outward)));
+    // What takes gradients to the world, the other way round, is the inverse of the grid's steps.
+    let along = vec3<f32>(
+        (params.outward_x.x * v.x + params.outward_x.y * v.y) + params.outward_x.z * v.z,
+        (params.outward_y.x * v.x + params.outward_y.y * v.y) + params.outward_y.z * v.z,
+        (params.outward_z.x * v.x + params.outward_z.y * v.y) + params.outward_z.z * v.z,
+    ) * call.outward_sign;
+    if !(has_direction(outward) && has_direction(along)) {
+        return p;
     }
-    let q = vec3<f32>(owner);
-    let way = vec3<f32>(across);
-    let step = (params.step_x * way.x + params.step_y * way.y) + params.step_z * way.z;
-    // No longer than the edge is long.
-    let near = max(0.5 * call.epsilon / ((abs(step.x) + abs(step.y)) + abs(step.z)), LEAST_NEAR);
-    let inside_low = is_inside(a);
-    var low = 0.0;
-    var high = 1.0;
-    var at_low = bitcast<f32>(a);
-    var at_high = bitcast<f32>(b);
-    for (var i = 0u; i < MOST_STEPS && high - low > 2.0 * near; i++) {
-        let part = select(crossing(at_low, at_high), 0.5, (i & 1u) == 1u);
-        let t = low + (high - low) * part;
-        let v = on_edge(q, way, t);
-        var look = 0.0;
-        if is_inside(bitcast<u32>(v)) == inside_low {
-            low = t;
-            at_low = v;
-            look = min(t + near, high);
-        } else {
-            high = t;
-            at_high = v;
-            look = max(t - near, low);
+    let forth = along / largest(along);
+    let reaches = vec2<f32>(reach(within, -forth), reach(within, forth));
+    // First where it is, then by turns on either side.
+    var way = forth;
+    var t = 0.0;
+    var v_here = 0.0;
+    var before = vec2<f32>(0.0);
+    var look = 0u;
+    for (; look <= 2u * LOOKS; look++) {
+        let side = look & 1u;
+        way = select(-forth, forth, side == 1u);
+        t = min(f32((look + 1u) / 2u) * LOOK_STEP, reaches[side]);
+        v_here = density(domain_position(p + way * t));
+        if look == 0u {
+            before = vec2<f32>(v_here);
         }
-        let w = on_edge(q, way, look);
-        if is_inside(bitcast<u32>(w)) == inside_low {
-            low = look;
-            at_low = w;
-        } else {
-            high = look;
-            at_high = w;
+        if is_inside(bitcast<u32>(v_here)) != is_inside(bitcast<u32>(before[side])) {
+            break;
         }
+        before[side] = v_here;
     }
-    return low + (high - low) * crossing(at_low, at_high);
+    if look > 2u * LOOKS {
+        return p;
+    }
+    let last = f32((look - 1u) / 2u) * LOOK_STEP;
+    return p + way * crossing_on(p, way, Bracket(last, t, before[look & 1u], v_here));
 }

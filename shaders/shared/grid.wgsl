@@ -3,7 +3,11 @@
 // World position of what lies `within` a cell, in grid steps from a point of it. The margin goes off first, so that it changes no bit of
 // the position.
 fn grid_position(point: vec3<f32>, within: vec3<f32>) -> vec3<f32> {
-    let p = (point - params.margin) + within;
+    return domain_position((point - params.margin) + within);
+}
+
+// World position of what lies that many grid steps in the domain.
+fn domain_position(p: vec3<f32>) -> vec3<f32> {
     return params.origin + ((params.step_x * p.x + params.step_y * p.y) + params.step_z * p.z);
 }
 

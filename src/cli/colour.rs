@@ -69,7 +69,7 @@ pub struct Painter {
 }
 
 impl Painter {
-    /// Loads the source, if one is named.
+    /// Loads the source, if one is named, into what is left of the memory budget.
     pub fn load(
         args: &ExtractArgs,
         memory_budget: u64,
@@ -100,6 +100,11 @@ impl Painter {
             map: args.colour.color_map,
             range: args.colour.color_range,
         }))
+    }
+
+    /// What the source keeps in main memory.
+    pub fn bytes(&self) -> u64 {
+        self.loaded.bytes()
     }
 
     fn sample(&self, mesh: &Mesh) -> Result<Samples, Failure> {

@@ -49,18 +49,19 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let none = RawArgs::default();
     let raw = colour::raw_of_main(args).unwrap_or(&none);
     let Opened { loaded, notes, camera, refine } = source::load(&args.source, raw, memory_budget)?;
-    let mut painter = Painter::load(args, memory_budget, &remark)?;
+    let mut painter = Painter::load(args, memory_budget.saturating_sub(loaded.bytes()), &remark)?;
+    let beside = painter.as_ref().map_or(0, Painter::bytes);
     let read = start.elapsed().as_secs_f64();
     notes.iter().for_each(|note| remark(note));
     let method = args.method.method.of_cells().unwrap_or_default();
     let placement = args.method.placement();
-    let options = Options { method, placement, ..loaded.options(&args.source, memory_budget)? };
+    let options = Options { method, placement, ..loaded.options(&args.source, memory_budget - beside)? };
     let capped = args.method.cap.then(|| Capped::new(&loaded.source(), &options));
     let capped = capped.transpose().map_err(Failure::run)?;
     let (options, is_volume) = match (&capped, &loaded) {
         // It stays in memory beside its copy.
-        (Some(_), Loaded::Volume { volume, .. }) => {
-            let memory_budget = options.memory_budget.saturating_sub(volume.bytes());
+        (Some(_), Loaded::Volume { .. }) => {
+            let memory_budget = options.memory_budget.saturating_sub(loaded.bytes());
             (Options { memory_budget, ..options }, true)
         }
         (_, loaded) => (options, matches!(loaded, Loaded::Volume { .. })),
@@ -195,6 +196,12 @@ fn is_read_back(args: &ExtractArgs) -> bool {
     args.output.is_some() || args.no_degenerate || args.method.cap
 }
 
+/// Whether the mesh is read into main memory, if only for a while: to be coloured, or to be drawn with edges.
+pub fn takes_main_memory(args: &ExtractArgs) -> bool {
+    let is_parted = args.png.is_some() && picture::crease(args).is_some();
+    is_read_back(args) || args.colour.color_by.is_some() || is_parted
+}
+
 /// Refuses what cannot be written before the long work begins.
 fn check_targets(args: &ExtractArgs) -> Result<(), Failure> {
     if let Some(path) = &args.output {
@@ -280,7 +287,7 @@ impl Job<'_> {
         let extractor = Extractor::new(gpu.clone())?;
         watchdog.alive();
         let extraction =
-            extractor.extract_with(&self.source, self.options, is_read_back(self.args), &|part| {
+            extractor.extract_with(&self.source, self.options, takes_main_memory(self.args), &|part| {
                 watchdog.alive();
                 self.progress.set(part);
             })?;

@@ -1,12 +1,12 @@
 //! The methods beside the sweep by marching cubes: which flags go together, and how they are called.
 
 use super::args::{Backend, ExtractArgs, MethodArg, MethodArgs, NormalsArg};
-use super::extract::{Done, Job, Made};
+use super::extract::{Done, Job, Made, takes_main_memory};
 use super::source::Loaded;
 use super::values::RefineArg;
 use super::watchdog::{EXTRACTING, Watchdog};
 use super::{Failure, backend};
-use crate::extract::{Extractor, Method, Options, Placement, Report};
+use crate::extract::{ExtractError, Extractor, Method, Options, Placement, Report};
 use crate::field::{Field, Sense, Surface};
 use crate::gpu::{Gpu, GpuMesh};
 use crate::grid::Grid;
@@ -171,6 +171,16 @@ impl Job<'_> {
             self.progress.set(part);
         })?;
         drop(watchdog);
+        let [vertices, triangles] =
+            [extraction.report.vertices, extraction.report.triangles].map(|n| n as u32);
+        let (needed, budget) = (
+            GpuMesh::bytes_for(vertices, triangles) + GpuMesh::read_bytes_for(vertices, triangles),
+            self.options.memory_budget,
+        );
+        if takes_main_memory(self.args) && needed > budget {
+            let what = "the mesh on the GPU and in main memory";
+            return Err(ExtractError::Budget { what, needed, budget }.into());
+        }
         track_notes(&told).iter().for_each(|note| (self.remark)(note));
         let made = Made::Gpu(Box::new((extractor, extraction.mesh)));
         Ok(Done { made, report: extraction.report, told: track_stats(&told) })

@@ -49,6 +49,14 @@ impl Loaded {
         }
     }
 
+    /// What the samples of a volume take in main memory.
+    pub fn bytes(&self) -> u64 {
+        match self {
+            Loaded::Field { .. } => 0,
+            Loaded::Volume { volume, .. } => volume.bytes(),
+        }
+    }
+
     /// The source as a field: of a volume, the trilinear interpolant of its samples, with central differences for
     /// gradients.
     pub fn field(&self) -> Result<&dyn Field, VolumeLeafError> {

@@ -98,7 +98,7 @@ pub struct Options {
     pub iso: f32,
     /// How cells become triangles.
     pub method: Method,
-    /// Where on its edge a vertex lies.
+    /// Where vertices lie on their edges and within cells.
     pub placement: Placement,
     /// Which side is inside, where it is not the source's own sense.
     pub sense: Option<Sense>,

@@ -39,8 +39,9 @@ impl Mesh {
     ///   into an edge is cut through (the genus falls), which moves nothing;
     /// * where the corners of a triangle lie on a line and are different places, its longest edge is flipped, which parts
     ///   the neighbour over that edge where the middle corner lies; if that edge is a border, the triangle goes, and the border
-    ///   runs by the middle corner; where the flip would lay a triangle onto an opposite one, both go; and two such triangles over one
-    ///   longest edge with their middle corners at one place close up like a zip;
+    ///   runs by the middle corner; where the flip would lay a triangle onto an opposite one, both go; two such triangles over one
+    ///   longest edge with their middle corners at one place close up like a zip; and four triangles that are a component by
+    ///   themselves, flat with such a one among them, go;
     /// * unused vertices go. What remains keeps its order.
     ///
     /// A closed mesh stays closed, no vertex moves, and the enclosed volume stays. The result has no

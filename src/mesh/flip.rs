@@ -3,7 +3,8 @@
 //! Such a triangle (a, b, c) has its corner b on its longest edge, from c to a. The neighbour over that edge, (a, c, d), is
 //! parted at b by the edge b–d in place of a–c: (a, b, d) and (b, c, d) cover what it covered. Over a border there is no
 //! neighbour, and the triangle goes: the border then runs by b. And where there is a triangle (c, b, d) already, opposite to the
-//! new one, the surface is folded there: both go, and c with them.
+//! new one, the surface is folded there: both go, and c with them. Four triangles around a, b, c and d that are all there is are a sheet
+//! without thickness, and go.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -128,7 +129,9 @@ impl<'a> Flips<'a> {
             return false;
         }
         if self.owner.contains_key(&(b, d)) || self.owner.contains_key(&(d, b)) {
-            return self.unfold([t, u], [a, b, c, d], waiting) || self.unfold([t, u], [c, b, a, d], waiting);
+            return self.unfold([t, u], [a, b, c, d], waiting)
+                || self.unfold([t, u], [c, b, a, d], waiting)
+                || self.vanish([t, u], [a, b, c, d]);
         }
         let normal = |[a, b, c]: [u32; 3]| (self.at(b) - self.at(a)).cross(self.at(c) - self.at(a));
         let (one, other) = ([a, b, d], [b, c, d]);
@@ -197,6 +200,29 @@ impl<'a> Flips<'a> {
         }
         self.owner.extend([(along(b, d), t), (along(d, a), t)]);
         self.wake([(a, b), (b, a), (b, d), (d, b), (a, d), (d, a)], waiting);
+        true
+    }
+
+    /// Removes four triangles that are all there is, closed around their four corners: with a thin one among them they lie in a
+    /// plane, a sheet without thickness.
+    fn vanish(&mut self, [t, u]: [u32; 2], [a, b, c, d]: [u32; 4]) -> bool {
+        let owner = |v, w| self.owner.get(&(v, w)).copied();
+        let (Some(w), Some(x)) = (owner(c, b), owner(b, a)) else { return false };
+        let edges = [[a, b, c], [a, c, d], [c, b, d], [b, a, d]].map(|[a, b, c]| [(a, b), (b, c), (c, a)]);
+        let is_closed = [t, u, w, x]
+            .into_iter()
+            .zip(edges)
+            .all(|(of, edges)| of != SEVERAL && edges.into_iter().all(|(v, w)| owner(v, w) == Some(of)));
+        if !is_closed {
+            return false;
+        }
+        for gone in [t, u, w, x] {
+            self.mesh.triangles[gone as usize] = [a; 3];
+        }
+        for edge in edges.as_flattened() {
+            self.owner.remove(edge);
+        }
+        self.removed += 4;
         true
     }
 

@@ -19,7 +19,7 @@ impl Method {
     pub const ALL: [Self; 3] = [Self::MarchingCubes, Self::Mc33, Self::Tetrahedra];
 }
 
-/// Where on its edge a vertex lies.
+/// Where on its edge a vertex lies. Vertices within cells, which [`Method::Mc33`] has, lie amid those around them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Placement {
     /// Where the linear interpolant of the samples at the edge's ends is iso.
@@ -28,7 +28,8 @@ pub enum Placement {
     /// In the middle: fast, and coarse.
     Midpoint,
     /// Where the field crosses iso, within `epsilon` world units: a few secant and bisection steps. Volumes have
-    /// nothing finer than [`Placement::Linear`], and vertices within cells lie amid those on edges, as these lie by [`Placement::Linear`].
+    /// nothing finer than [`Placement::Linear`]. A vertex within a cell goes from amid those around it, as [`Placement::Linear`]
+    /// has them, along the field's gradient to the nearest crossing in the cell, and stays there where none is found.
     Snapped {
         /// How near, over 0.
         epsilon: f32,

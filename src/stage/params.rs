@@ -225,8 +225,13 @@ impl Params {
     /// World position of what lies `within` a cell, in grid steps from a point of it; of points, as [`Grid::position`].
     #[inline(always)]
     pub fn grid_position(&self, point: Vec3, within: Vec3) -> Vec3 {
+        self.domain_position((point - self.margin) + within)
+    }
+
+    /// World position of what lies that many grid steps in the domain.
+    #[inline(always)]
+    pub fn domain_position(&self, p: Vec3) -> Vec3 {
         let [x, y, z] = [self.step_x, self.step_y, self.step_z].map(Vec3::from);
-        let p = (point - self.margin) + within;
         Vec3::from(self.origin) + ((x * p.x + y * p.y) + z * p.z)
     }
 }

@@ -54,6 +54,7 @@ const EMIT_ROWS: &str = include_str!("../../shaders/emit/rows.wgsl");
 const EMIT_CELLS: &str = include_str!("../../shaders/emit/cells.wgsl");
 const PLACE_LINEAR: &str = include_str!("../../shaders/place/linear.wgsl");
 const PLACE_MIDPOINT: &str = include_str!("../../shaders/place/midpoint.wgsl");
+const PLACE_FIXED: &str = include_str!("../../shaders/place/fixed.wgsl");
 const PLACE_SNAPPED: &str = include_str!("../../shaders/place/snapped.wgsl");
 const EMIT_CUBES: &str = include_str!("../../shaders/emit/cubes.wgsl");
 const EMIT_TETRAHEDRA: &str = include_str!("../../shaders/emit/tetrahedra.wgsl");
@@ -293,9 +294,9 @@ pub fn emit(
         }
     };
     let place = match placement {
-        Placement::Midpoint => PLACE_MIDPOINT,
-        Placement::Snapped { .. } if is_snapped => PLACE_SNAPPED,
-        Placement::Linear | Placement::Snapped { .. } => PLACE_LINEAR,
+        Placement::Midpoint => link(&[PLACE_MIDPOINT, PLACE_FIXED]),
+        Placement::Snapped { .. } if is_snapped => link(&[PLACE_LINEAR, PLACE_SNAPPED]),
+        Placement::Linear | Placement::Snapped { .. } => link(&[PLACE_LINEAR, PLACE_FIXED]),
     };
     // A brick has at most 1536 vertices. Where loops are counted, or the field is asked often, an invocation should make few.
     let (counted, loops) = match samples {
@@ -308,10 +309,10 @@ pub fn emit(
         Form::Serial if !loops => VECTOR,
         Form::Serial | Form::Shared | Form::Subgroup => 64,
     };
-    let row_lanes = if form == Form::Serial { VECTOR } else { 64 };
+    let row_lanes = if form == Form::Serial && !is_snapped { VECTOR } else { 64 };
     let lanes = format!("const LANES = {lanes}u;\nconst ROW_LANES = {row_lanes}u;\n");
     let shared = link(&[params(form), WORK, INSIDE, GRID, HEADER, READ_MAP, MAP, ROW, UNIT]);
-    let shared = link(&[&shared, &source, &lanes, &cases(method), EMIT, place]);
+    let shared = link(&[&shared, &source, &lanes, &cases(method), EMIT, &place]);
     let triangles = if form == Form::Serial { EMIT_CELLS } else { EMIT_ROWS };
     let cubes = || link(&[&shared, RECORD, EMIT_CUBES, triangles]);
     match method {

@@ -141,7 +141,9 @@ pub(super) fn layout(
     let kept = coding.kept();
     let bytes = points * kept.size() as u64;
     if let Some(most) = options.max_bytes.filter(|most| bytes > *most) {
-        return Err(too_large(format!("as {kept} they take {bytes} bytes and the limit is {most}")));
+        return Err(too_large(format!(
+            "as {kept} they take {bytes} bytes and the limit is {most}: raise the limit (--memory-budget)"
+        )));
     }
     let mut cells = [0; 3];
     for (cells, n) in cells.iter_mut().zip(dims) {

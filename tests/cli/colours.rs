@@ -255,3 +255,39 @@ fn a_picture_shows_what_the_mesh_file_has_no_place_for() {
     );
     assert!(blue && yellow);
 }
+
+/// The volume that colours counts against the memory budget beside all else: at it, before the long work.
+///
+/// Goes red when `bytes` (src/cli/colour.rs) is 0, and when the painter is given the whole budget (src/cli/extract.rs).
+#[test]
+fn the_volume_that_colours_counts() {
+    let here = folder();
+    let path = volume();
+    let by = path.to_str().expect("text");
+    let run = |more: &[&str], budget: u64| {
+        let base = ["extract", "--backend", "cpu", "-o", "a.ply", "--memory-budget"];
+        isoforge(here.path(), &[&base[..], &[&budget.to_string()], more].concat())
+    };
+    let bytes = isoforge::volume::open(&path, &Default::default()).expect("a volume").volume.bytes();
+    let needed = |more: &[&str]| {
+        let (mut low, mut high) = (0, 1 << 24);
+        while high - low > 1 {
+            let middle = (low + high) / 2;
+            *(if run(more, middle).code == Some(0) { &mut high } else { &mut low }) = middle;
+        }
+        high
+    };
+    let ball = "(x+30)^2+(y-183)^2+(z-1198)^2-25";
+    let ball = [ball, "-n", "20", "--bounds", "-40,173,1188,-20,193,1208"];
+    let plain = needed(&ball);
+    let coloured = [&ball[..], &["--color-by", by]].concat();
+    assert_eq!(needed(&coloured), plain + bytes);
+    let refused = run(&coloured, plain + bytes - 1);
+    assert!(refused.err.contains("raise the budget (--memory-budget)"), "{}", refused.err);
+    let refused = run(&coloured, bytes - 1);
+    assert!(
+        refused.err.contains("--color-by: ") && refused.err.contains("raise the limit (--memory-budget)"),
+        "{}",
+        refused.err
+    );
+}

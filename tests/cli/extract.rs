@@ -281,6 +281,14 @@ fn reading_back_is_planned_for() {
     let read = stats(&["--stats", "-", "-o", "a.ply"], &enough);
     assert!(read["degenerate_triangles"].is_u64() && read["seconds"]["readback"].is_f64(), "{read}");
     assert!(stats(&["--stats", "-", "--no-degenerate"], &enough)["degenerate_triangles"].is_u64());
+    // Also where it is read for the picture alone, and where it is tracked.
+    for more in [&["--color-by", "x"][..], &["--crease", "40"], &["--track", "--search", "1", "-o", "a.ply"]]
+    {
+        let refused = run(more, &less);
+        assert_eq!(refused.code, Some(1), "{more:?}: {}", refused.err);
+        assert!(refused.err.contains(&format!("in main memory needs {needed} bytes")), "{}", refused.err);
+        assert_eq!(run(more, &enough).code, Some(0), "{more:?}");
+    }
 }
 
 /// The grid's precision is told by its own size, not lost to the squares of its lengths.

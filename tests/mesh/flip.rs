@@ -3,7 +3,10 @@
 use std::collections::HashSet;
 
 use glam::{DVec3, Vec3};
+use isoforge::extract::{Capped, Method, Options, Source, extract_on_cpu};
+use isoforge::grid::Grid;
 use isoforge::mesh::Mesh;
+use isoforge::volume::Volume;
 use proptest::prelude::*;
 
 use crate::common::Random;
@@ -269,15 +272,65 @@ fn what_would_harm_stays() {
     let mut twice = p.to_vec();
     twice.push([1.0, -2.0, 0.0]);
     let twice = mesh(&twice, &[[0, 1, 4], [1, 0, 5], [4, 5, 3]]);
-    // A fold that is all there is.
-    let flat = mesh(&[p[0], p[4], p[1], p[2]], &[[0, 1, 2], [0, 2, 3], [2, 1, 3], [1, 0, 3]]);
+    // Four triangles around as many corners, and others at three of their edges.
+    let p = [p[0], p[4], p[1], p[2], [1.0, -2.0, 0.0]];
+    let more = mesh(&p, &[[0, 1, 2], [0, 2, 3], [2, 1, 3], [1, 0, 3], [0, 2, 4], [1, 0, 4], [2, 1, 4]]);
     for (name, before) in
-        [("bridge", bridge), ("three", three), ("against", against), ("twice", twice), ("flat", flat)]
+        [("bridge", bridge), ("three", three), ("against", against), ("twice", twice), ("more", more)]
     {
         let mut after = before.clone();
         // Vertices without a triangle go.
         let removed = after.remove_degenerate();
         assert_eq!((removed.triangles, removed.flipped, after.degenerate_count()), (0, 0, 1), "{name}");
+    }
+}
+
+/// Four triangles that are all there is, as marching tetrahedra leave them where noise is equal to iso, go; and nothing else, though it
+/// may have a corner of theirs.
+///
+/// Goes red when `flip` (src/mesh/flip.rs) does not call `vanish`.
+#[test]
+fn flat_components_vanish() {
+    let p = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0], [1.0, 1.0, 5.0]];
+    let flat = [[0, 1, 2], [0, 2, 3], [2, 1, 3], [1, 0, 3]];
+    for turn in [[0, 1, 2], [0, 2, 1]] {
+        let mut alone = mesh(&p[..4], &flat.map(|t| turn.map(|k| t[k])));
+        assert!(alone.check().is_closed_manifold() && alone.degenerate_count() == 1);
+        assert_eq!(alone.remove_degenerate().triangles, 4);
+        assert_eq!(alone, Mesh::default());
+
+        let mut touched = flat.to_vec();
+        touched.extend([[3, 4, 5], [3, 5, 6], [3, 6, 4], [4, 6, 5]]);
+        let mut positions = p.to_vec();
+        positions.extend([[5.0, 1.0, 1.0], [1.0, 5.0, 1.0]]);
+        let mut touched = mesh(&positions, &touched);
+        let removed = touched.remove_degenerate();
+        assert_eq!((removed.triangles, removed.vertices, touched.degenerate_count()), (4, 3, 0));
+        assert!(touched.check().is_closed_manifold());
+    }
+}
+
+/// Noise up to the largest floats, closed or not: no triangle without area is left.
+#[test]
+fn huge_noise_leaves_none() {
+    let mut random = Random(1);
+    for i in 0..40 {
+        let grid = Grid::from_bounds([5 + i % 7; 3], Vec3::ZERO, Vec3::splat((5 + i % 7) as f32)).unwrap();
+        let values = [-1e38, 1e38, 3e38, -3e38, 2.9e38, 0.0];
+        let values = (0..grid.point_count()).map(|_| values[random.below(6)]).collect();
+        let volume = Volume::new(grid, values).unwrap();
+        for method in Method::ALL {
+            let options = Options { method, ..Options::new(0.0) };
+            let source = Source::Volume(&volume);
+            let capped = Capped::new(&source, &options).unwrap();
+            for (source, is_closed) in [(source, false), (capped.source(), true)] {
+                let mut mesh = extract_on_cpu(&source, &options, &|_| {}).unwrap().0;
+                mesh.remove_degenerate();
+                let report = mesh.check();
+                assert_eq!(report.degenerate_triangles, 0, "{i}, {method:?}: {report}");
+                assert!(!is_closed || report.is_closed_manifold(), "{i}, {method:?}: {report}");
+            }
+        }
     }
 }
 

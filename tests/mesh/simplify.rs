@@ -151,3 +151,19 @@ fn the_smallest_meshes_stay() {
     sphere.simplify(&Budget { triangles: 0, error: f32::INFINITY }).unwrap();
     assert!(sphere.triangles.len() < 40 && sphere.check().genus == Some(0), "{}", sphere.check());
 }
+
+/// Two cones, base to base: their tips have 50,000 triangles each, and stay until those are fewer (`hubs_stay` in src/mesh/collapse.rs).
+#[test]
+fn hubs() {
+    let n = 50_000;
+    let rim = |i: u32| (i as f32 / n as f32 * std::f32::consts::TAU).sin_cos();
+    let mut positions = vec![[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
+    positions.extend((0..n).map(rim).map(|(y, x)| [x, y, 0.0]));
+    let sides = |i: u32| [[0, 2 + i, 2 + (i + 1) % n], [1, 2 + (i + 1) % n, 2 + i]];
+    let mut cones = crate::shapes::mesh(&positions, &(0..n).flat_map(sides).collect::<Vec<_>>());
+    let before = cones.check();
+    let moved = cones.simplify(&Budget { triangles: 1000, error: f32::INFINITY }).unwrap();
+    let after = cones.check();
+    assert!(after.is_closed_manifold() && cones.triangles.len() == 1000 && moved < 1e-3, "{moved}: {after}");
+    assert!((after.volume / before.volume - 1.0).abs() < 1e-3, "{before}\n{after}");
+}

@@ -5,7 +5,7 @@ use crate::{bytes, on_cpu, on_gpu, options};
 use glam::{Mat3, Vec3};
 use isoforge::compare::compare;
 use isoforge::extract::{
-    ExtractError, Extractor, Incremental, Method, Options, Source, extract_on_cpu, extract_planes,
+    ExtractError, Extractor, Incremental, Method, Options, Placement, Source, extract_on_cpu, extract_planes,
 };
 use isoforge::field::Sense;
 use isoforge::field::named::Named;
@@ -62,11 +62,11 @@ fn fields() -> Vec<(&'static str, Named, Grid, f32)> {
 fn stages_agree() {
     let Some(extractor) = common::extractor() else { return };
     let software = extractor.gpu().is_software();
-    let check = |name: &str, source: &Source<'_>, iso: f32| {
+    let check = |name: &str, source: &Source<'_>, iso: f32, placement: Placement| {
         for (sense, options) in
             [None, Some(Sense::Below)].into_iter().flat_map(|s| options(iso).map(|o| (s, o)))
         {
-            let options = Options { sense, ..options };
+            let options = Options { sense, placement, ..options };
             let found = compare(extractor, source, &options).unwrap();
             for row in &found.rows {
                 let holds = if software { row.differing == 0 } else { row.agrees() };
@@ -75,10 +75,14 @@ fn stages_agree() {
         }
     };
     for (name, volume, iso) in volumes() {
-        check(&name, &Source::Volume(&volume), iso);
+        for placement in [Placement::Linear, Placement::Midpoint] {
+            check(&name, &Source::Volume(&volume), iso, placement);
+        }
     }
     for (name, field, grid, iso) in fields() {
-        check(name, &Source::Field(&field, grid), iso);
+        for placement in [Placement::Linear, Placement::Midpoint, Placement::Snapped { epsilon: 1e-4 }] {
+            check(name, &Source::Field(&field, grid), iso, placement);
+        }
     }
 }
 

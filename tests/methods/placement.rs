@@ -1,10 +1,14 @@
 //! Where vertices lie on their edges.
 
 use crate::{bytes, common, on_cpu, on_gpu, options};
-use glam::Vec3;
-use isoforge::extract::{ExtractError, Method, Options, Placement, Source, extract_on_cpu};
-use isoforge::field::{Field, Points};
+use glam::{Mat3, Vec3};
+use isoforge::extract::{ExtractError, Extractor, Method, Options, Placement, Source, extract_on_cpu};
+use isoforge::field::{Field, Points, Sense};
+use isoforge::gpu::Form;
+use isoforge::graph::{Expr, GraphField, x, y, z};
+use isoforge::grid::Grid;
 use isoforge::mesh::Mesh;
+use std::collections::BTreeSet;
 
 fn meshes(source: &Source<'_>, options: &Options) -> Mesh {
     let mesh = on_cpu(source, options);
@@ -93,4 +97,94 @@ fn the_middle_and_what_is_refused() {
     let source = Source::Volume(&volume);
     let snapped = Options { placement: Placement::Snapped { epsilon: 1e-4 }, ..Options::new(30.0) };
     assert!(bytes(&meshes(&source, &snapped)) == bytes(&meshes(&source, &Options::new(30.0))));
+}
+
+/// Noise with features of about `cells` cells, and a grid that is stretched and turned.
+fn noise(seed: u32, cells: f64) -> (GraphField, Grid) {
+    let step = Mat3::from_rotation_z(0.5) * Mat3::from_diagonal(Vec3::new(0.9, 1.0, -1.1));
+    let at = [x() / cells + 0.137, y() / cells + 0.271, z() / cells + 0.113];
+    let field = GraphField::new(&Expr::noise(seed).at(at), Sense::Below);
+    (field, Grid::new([30; 3], Vec3::ZERO, step).unwrap())
+}
+
+/// The vertices within cells, by the grid coordinates.
+fn within_cells(mesh: &Mesh, grid: &Grid) -> Vec<usize> {
+    let to_steps = grid.step().inverse();
+    let is_within = |&v: &usize| {
+        let q = to_steps * (mesh.vertices[v].at() - grid.origin());
+        (q - q.round()).abs().min_element() > 1e-3
+    };
+    (0..mesh.vertices.len()).filter(is_within).collect()
+}
+
+/// The vertices that triangles join with one.
+fn around(mesh: &Mesh, v: usize) -> BTreeSet<usize> {
+    let all = mesh.triangles.iter().map(|t| t.map(|v| v as usize)).filter(|t| t.contains(&v));
+    all.flatten().filter(|&other| other != v).collect()
+}
+
+/// Vertices within cells are the mean of those around them where these are not searched for. Where they are, they lie where the
+/// field crosses iso on the line along the gradient through the mean, in the same cell; few meet no crossing there, and stay.
+///
+/// Goes red when `snap_within` (src/stage/emit/cpu/snap.rs) goes along the steps' rows in place of columns, and when `unsnapped`
+/// (src/stage/emit/cpu/vertices.rs) leaves the middle out; when either shader differs.
+#[test]
+fn vertices_within_cells() {
+    let epsilon = 1e-3;
+    let (mut all, mut staying) = (0, 0);
+    for seed in 0..6 {
+        let (field, grid) = noise(seed, 2.2);
+        let source = Source::Field(&field, grid);
+        let options = Options { method: Method::Mc33, ..Options::new(0.0) };
+        let with = |placement| meshes(&source, &Options { placement, ..options });
+        let (plain, midpoint) = (with(Placement::Linear), with(Placement::Midpoint));
+        let centres = within_cells(&plain, &grid);
+        for mesh in [&plain, &midpoint] {
+            for &v in &centres {
+                let others = around(mesh, v).into_iter().filter(|v| !centres.contains(v));
+                let others: Vec<Vec3> = others.map(|v| mesh.vertices[v].at()).collect();
+                let mean = others.iter().sum::<Vec3>() / others.len() as f32;
+                assert!(others.len() >= 3 && mean.distance(mesh.vertices[v].at()) < 1e-4, "{seed}, {v}");
+            }
+        }
+        let snapped = with(Placement::Snapped { epsilon });
+        assert_eq!(snapped.triangles, plain.triangles);
+        for &v in &centres {
+            let [from, to] = [&plain, &snapped].map(|mesh| mesh.vertices[v].at());
+            let q = [from, to].map(|p| grid.step().inverse() * (p - grid.origin()));
+            assert_eq!(q[0].floor(), q[1].floor(), "{seed}, {v}: it leaves the cell");
+            all += 1;
+            let way = to - from;
+            if way.length() == 0.0 {
+                staying += 1;
+                continue;
+            }
+            let (way, normal) = (way.normalize(), Vec3::from(plain.vertices[v].normal));
+            if from.distance(to) > 1e-2 {
+                assert!(way.dot(normal).abs() > 0.999, "{seed}, {v}: {way} along {normal}");
+            }
+            let sides = [-epsilon, epsilon].map(|t| value(&field, to + way * t) < 0.0);
+            assert_ne!(sides[0], sides[1], "{seed}, {v}: no crossing at {to}");
+        }
+    }
+    assert!(all > 300 && staying * 3 < all, "{staying} of {all} stay");
+}
+
+/// As many triangles meet as before, every form of the kernels gives the same bytes, and closed meshes stay closed.
+#[test]
+fn forms_agree_and_meshes_stay_closed() {
+    let (field, grid) = noise(9, 1.6);
+    let capped = isoforge::extract::Capped::new(&Source::Field(&field, grid), &Options::new(0.0)).unwrap();
+    for placement in [Placement::Midpoint, Placement::Snapped { epsilon: 1e-5 }] {
+        let options = Options { method: Method::Mc33, placement, ..Options::new(0.0) };
+        let mesh = meshes(&capped.source(), &options);
+        let report = mesh.check();
+        assert!(report.is_closed_manifold() && report.misoriented_edges == 0, "{placement:?}: {report}");
+        let Some(default) = common::extractor() else { continue };
+        for form in Form::ALL.into_iter().filter_map(|form| default.gpu().with_form(form)) {
+            let other = on_gpu(&Extractor::new(form).unwrap(), &capped.source(), &options);
+            assert_eq!(mesh.triangles, other.triangles, "{placement:?}");
+            assert!(!default.gpu().is_software() || bytes(&mesh) == bytes(&other), "{placement:?}");
+        }
+    }
 }

@@ -206,6 +206,9 @@ fn check_row(
         assert_eq!(around(i), edges, "{name}: centre {i}");
         assert!(edges.count_ones() >= 3, "{name}: centre {i}");
     }
+    // Beyond a closed border there is none, where a search of the field would find nothing but the border.
+    let is_outside = |face: &[u8; 4]| face.iter().all(|&corner| !inside(case, corner));
+    assert!(centres == 0 || !FACE_CORNERS.iter().any(is_outside), "{name}");
     // Four cells of 8 triangles at an edge: what sums of neighbours' normals hold (shaders/normals.wgsl).
     for edge in 0..FIRST_CENTRE {
         assert!(triangles.iter().filter(|t| t.contains(&edge)).count() <= 8, "{name}: edge {edge}");

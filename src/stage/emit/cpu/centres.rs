@@ -1,11 +1,13 @@
 //! CPU twin of `shaders/emit/centres.wgsl`: the vertices within cells that topologically correct marching cubes needs.
 
-use super::vertices::{Gradients, crossing};
+use super::snap::snap_within;
+use super::vertices::{Gradients, unsnapped};
 use crate::field::unit::{has_direction, unit};
 use crate::field::{NoForm, Points};
 use crate::mesh::Vertex;
 use crate::stage::classify::BrickRecord;
 use crate::stage::inside::Inside;
+use crate::stage::method::Placement;
 use crate::stage::normals::cpu::mark;
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
@@ -47,16 +49,19 @@ pub fn emit_centres(
             for (i, vertex) in (0..entry.centres()).zip(&mut places) {
                 let within = centre(params, samples, cell, entry.around(i));
                 let lowest = origin + UVec3::from(cell.map(|n| n as u32));
-                let position = params.grid_position(lowest.as_vec3(), within);
+                let mut p = (lowest.as_vec3() - params.margin) + within;
                 let vector = match normals {
                     NormalsOf::Field(field) => {
-                        let [x, y, z] = position.to_array().map(|v| [v]);
-                        let mut gradient = [[0.0; 3]];
-                        field.at(Points { x: &x, y: &y, z: &z }, params.delta, &mut gradient)?;
-                        Vec3::from(gradient[0]) * params.outward_sign
+                        let mut vector = outward_of_field(params, &field, p)?;
+                        if matches!(params.placement, Placement::Snapped { .. }) {
+                            p = snap_within(params, inside, field.here, (lowest.as_vec3(), within), vector)?;
+                            vector = outward_of_field(params, &field, p)?;
+                        }
+                        vector
                     }
                     NormalsOf::Volume(values) => outward(params, values, lowest, within),
                 };
+                let position = params.domain_position(p);
                 let known = has_direction(vector);
                 marked |= !known;
                 let normal = if known { unit(vector).into() } else { mark(0, !corners.is_inside(0)) };
@@ -67,17 +72,25 @@ pub fn emit_centres(
     Ok(marked)
 }
 
-/// The mean of the vertices on some edges of a cell, from its lowest corner in grid steps.
+/// The mean of the vertices on some edges of a cell, as the samples place these, from its lowest corner in grid steps.
 fn centre(params: &Params, samples: &Samples<'_>, [x, y, z]: [usize; 3], around: u32) -> Vec3 {
     let mut sum = Vec3::ZERO;
     for (edge, ends) in EDGE_CORNERS.iter().enumerate().filter(|(edge, _)| around >> edge & 1 == 1) {
         let [a, b] = ends.map(usize::from);
         let sample = |k: usize| samples.at(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2));
-        let t = crossing(params.iso, sample(a), sample(b));
+        let t = unsnapped(params, sample(a), sample(b));
         let lower = UVec3::new(a as u32 & 1, a as u32 >> 1 & 1, a as u32 >> 2).as_vec3();
         sum += lower + Vec3::AXES[edge / 4] * t;
     }
     sum / around.count_ones() as f32
+}
+
+/// The outward vector of a field so many grid steps in the domain.
+fn outward_of_field(params: &Params, field: &Gradients<'_>, p: Vec3) -> Result<Vec3, NoForm> {
+    let [x, y, z] = params.domain_position(p).to_array().map(|v| [v]);
+    let mut gradient = [[0.0; 3]];
+    field.at(Points { x: &x, y: &y, z: &z }, params.delta, &mut gradient)?;
+    Ok(Vec3::from(gradient[0]) * params.outward_sign)
 }
 
 /// The outward vector at a place within the cell of a volume.

@@ -1,6 +1,7 @@
 //! CPU twin of `shaders/place/snapped.wgsl`: vertices where the field itself crosses iso, all of a batch together.
 
-use super::vertices::{Crossings, FAR, crossing};
+use super::vertices::{Crossings, crossing, is_beyond};
+use crate::field::unit::{has_direction, largest, unit};
 use crate::field::{Field, NoForm, Points};
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
@@ -10,7 +11,14 @@ const MOST_STEPS: usize = 32;
 /// 2⁻²²: less does not show beside a whole number.
 const LEAST_NEAR: f32 = f32::from_bits(105 << 23);
 
-/// What is left of an edge: fractions of it, and the values there.
+/// How far apart on its line the field is looked at for a vertex within a cell, in grid steps along the axis that the line goes
+/// along most, and how often on either side.
+const LOOK_STEP: f32 = 0.125;
+const LOOKS: usize = 6;
+/// From the cell's faces such a vertex stays this far, in grid steps.
+const MARGIN: f32 = 0.015625;
+
+/// What is left of a line: fractions of it, and the values there.
 #[derive(Clone, Copy)]
 struct Bracket {
     low: f32,
@@ -22,6 +30,17 @@ struct Bracket {
 }
 
 impl Bracket {
+    /// Of a line that goes `way` in grid steps.
+    fn new(params: &Params, inside: Inside, way: Vec3, [low, high]: [f32; 2], values: [f32; 2]) -> Self {
+        let [x, y, z] = [params.step_x, params.step_y, params.step_z].map(Vec3::from);
+        let step = ((x * way.x + y * way.y) + z * way.z).abs();
+        let near = (0.5 * params.epsilon / ((step.x + step.y) + step.z)).max(LEAST_NEAR);
+        let [at_low, at_high] = values;
+        // Where a border is closed there is nothing to look for.
+        let near = if is_beyond(at_low, at_high) { 1.0 } else { near };
+        Self { low, high, at_low, at_high, inside_low: inside.test(at_low), near }
+    }
+
     fn is_open(&self) -> bool {
         self.high - self.low > 2.0 * self.near
     }
@@ -49,18 +68,23 @@ pub(super) fn snap<const N: usize>(
     field: &dyn Field,
     count: usize,
 ) -> Result<(), NoForm> {
-    let steps = [params.step_x, params.step_y, params.step_z].map(Vec3::from);
-    let mut brackets: Vec<Bracket> = (0..count)
-        .map(|i| {
-            let [x, y, z] = batch.axis.map(|axis| axis[i]);
-            let step = ((steps[0] * x + steps[1] * y) + steps[2] * z).abs();
-            let near = (0.5 * params.epsilon / ((step.x + step.y) + step.z)).max(LEAST_NEAR);
-            let [at_low, at_high] = batch.ends.map(|end| end[i]);
-            // Where a border is closed there is nothing to look for.
-            let near = if at_low.abs() == FAR || at_high.abs() == FAR { 1.0 } else { near };
-            Bracket { low: 0.0, high: 1.0, at_low, at_high, inside_low: inside.test(at_low), near }
-        })
-        .collect();
+    let bracket = |i: usize| {
+        let way = Vec3::from(batch.axis.map(|axis| axis[i]));
+        Bracket::new(params, inside, way, [0.0, 1.0], batch.ends.map(|end| end[i]))
+    };
+    let brackets = (0..count).map(bracket).collect();
+    close(batch, params, inside, field, brackets)
+}
+
+/// Closes brackets on the first lines of a batch, and moves their fractions there.
+fn close<const N: usize>(
+    batch: &mut Crossings<N>,
+    params: &Params,
+    inside: Inside,
+    field: &dyn Field,
+    mut brackets: Vec<Bracket>,
+) -> Result<(), NoForm> {
+    let count = brackets.len();
     let mut values = [0.0; N];
     for round in 0..MOST_STEPS {
         let open: Vec<usize> = (0..count).filter(|&i| brackets[i].is_open()).collect();
@@ -87,4 +111,59 @@ pub(super) fn snap<const N: usize>(
     }
     batch.position(params);
     Ok(())
+}
+
+/// How far a vertex within a cell may go.
+fn reach(within: Vec3, way: Vec3) -> f32 {
+    let room = Vec3::select(way.cmpgt(Vec3::ZERO), 1.0 - within, within) - MARGIN;
+    (room / way.abs().max(Vec3::splat(LEAST_NEAR))).min_element().max(0.0)
+}
+
+/// Moves a vertex within the cell at `lowest` to the nearest place that is found in the cell, on the line through it along
+/// `outward`, where the field crosses iso; where none is found it stays. In grid steps in the domain. A cell beyond a closed border has
+/// no such vertex: one of its faces is outside altogether.
+///
+/// # Errors
+/// [`NoForm::Cpu`].
+pub(super) fn snap_within(
+    params: &Params,
+    inside: Inside,
+    field: &dyn Field,
+    (lowest, within): (Vec3, Vec3),
+    outward: Vec3,
+) -> Result<Vec3, NoForm> {
+    let p = (lowest - params.margin) + within;
+    if !has_direction(outward) {
+        return Ok(p);
+    }
+    let v = unit(outward);
+    // What takes gradients to the world, the other way round, is the inverse of the grid's steps.
+    let columns = [params.outward_x, params.outward_y, params.outward_z];
+    let along = Vec3::from(columns.map(|c| (c[0] * v.x + c[1] * v.y) + c[2] * v.z));
+    if !has_direction(along) {
+        return Ok(p);
+    }
+    let forth = along / largest(along);
+    let ways = [-forth, forth];
+    let reaches = ways.map(|way| reach(within, way));
+    // First where it is, then by turns on either side.
+    let mut line = Crossings::<{ 1 + 2 * LOOKS }>::new();
+    for look in 0..=2 * LOOKS {
+        line.set_line(look, p, ways[look % 2]);
+        line.t[look] = (look.div_ceil(2) as f32 * LOOK_STEP).min(reaches[look % 2]);
+    }
+    line.position(params);
+    let mut values = [0.0; 1 + 2 * LOOKS];
+    let [x, y, z] = &line.position;
+    field.values(Points { x, y, z }, &mut values)?;
+    let is_there = inside.test(values[0]);
+    let Some(look) = values.iter().position(|&value| inside.test(value) != is_there) else { return Ok(p) };
+    let way = ways[look % 2];
+    let last = ((look - 1) / 2) as f32 * LOOK_STEP;
+    let ends = [values[look.saturating_sub(2)], values[look]];
+    let bracket = Bracket::new(params, inside, way, [last, line.t[look]], ends);
+    let mut line = Crossings::<1>::new();
+    line.set_line(0, p, way);
+    close(&mut line, params, inside, field, vec![bracket])?;
+    Ok(p + way * line.t[0])
 }

@@ -16,7 +16,7 @@ use crate::stage::params::Params;
 use crate::stage::samples::Samples;
 use crate::volume::values::each_type;
 use crate::volume::{Sample, Values};
-use glam::UVec3;
+use glam::{UVec3, Vec3};
 use multiversion::multiversion;
 
 /// 2⁻⁹⁰: differences below it are taken of scaled numbers. Some drivers flush results below 2⁻¹²⁶ to zero.
@@ -30,9 +30,13 @@ fn scaled(v: f32) -> f32 {
     if v.is_subnormal() { 0.0 } else { v * f32::from_bits(227 << 23) }
 }
 
+pub(super) fn is_beyond(a: f32, b: f32) -> bool {
+    a.abs() == FAR || b.abs() == FAR
+}
+
 /// Where between the edge's ends the value is iso; in the middle where the ends do not tell.
 pub(super) fn crossing(iso: f32, a: f32, b: f32) -> f32 {
-    if a.abs() == FAR || b.abs() == FAR {
+    if is_beyond(a, b) {
         return if a.abs() == FAR { 1.0 } else { 0.0 };
     }
     // The ends straddle iso: where they lie this close together, all three are small.
@@ -44,6 +48,14 @@ pub(super) fn crossing(iso: f32, a: f32, b: f32) -> f32 {
     if a.is_finite() && b.is_finite() && t.is_finite() { t.clamp(0.0, 1.0) } else { 0.5 }
 }
 
+/// Where on its edge the samples at the ends place a vertex.
+pub(super) fn unsnapped(params: &Params, a: f32, b: f32) -> f32 {
+    match params.placement {
+        Placement::Midpoint if !is_beyond(a, b) => 0.5,
+        Placement::Linear | Placement::Midpoint | Placement::Snapped { .. } => crossing(params.iso, a, b),
+    }
+}
+
 /// Vertices whose arithmetic is done together.
 const LANES: usize = 16;
 /// Of fields: as many as their evaluators take at a time.
@@ -51,9 +63,9 @@ const FIELD_LANES: usize = crate::graph::eval::LANES;
 
 /// Crossed edges of a brick, as many as `N`, and their vertices.
 pub(super) struct Crossings<const N: usize> {
-    /// Grid coordinates of the edges' owners.
-    owner: [[f32; N]; 3],
-    /// 1 for the axes that the edge goes along, 0 for the others.
+    /// Where the edges, or lines of any direction, begin, in grid steps in the domain.
+    start: [[f32; N]; 3],
+    /// 1 for the axes that the edge goes along, 0 for the others; or how far a line goes along each.
     pub(super) axis: [[f32; N]; 3],
     /// The samples at the edges' ends.
     pub(super) ends: [[f32; N]; 2],
@@ -65,20 +77,28 @@ pub(super) struct Crossings<const N: usize> {
 
 impl<const N: usize> Crossings<N> {
     #[inline(always)]
-    fn new() -> Self {
-        let [owner, axis, position] = [[[0.0; N]; 3]; 3];
+    pub(super) fn new() -> Self {
+        let [start, axis, position] = [[[0.0; N]; 3]; 3];
         // Lanes that no edge fills must not look like the rare cases that are done one by one.
-        Self { owner, axis, ends: [[0.0; N], [1.0; N]], t: [0.0; N], position }
+        Self { start, axis, ends: [[0.0; N], [1.0; N]], t: [0.0; N], position }
     }
 
     #[inline(always)]
-    fn set(&mut self, i: usize, owner: [u32; 3], direction: usize, ends: [f32; 2]) {
+    fn set(&mut self, i: usize, margin: f32, owner: [u32; 3], direction: usize, ends: [f32; 2]) {
         for (k, coordinate) in owner.into_iter().enumerate() {
-            self.owner[k][i] = coordinate as f32;
+            self.start[k][i] = coordinate as f32 - margin;
             self.axis[k][i] = if direction >> k & 1 == 1 { 1.0 } else { 0.0 };
         }
         self.ends[0][i] = ends[0];
         self.ends[1][i] = ends[1];
+    }
+
+    /// A line of any direction: from `q` on, `way` along the grid's axes.
+    pub(super) fn set_line(&mut self, i: usize, p: Vec3, way: Vec3) {
+        for k in 0..3 {
+            self.start[k][i] = p[k];
+            self.axis[k][i] = way[k];
+        }
     }
 
     /// From ends to fractions and positions.
@@ -87,9 +107,7 @@ impl<const N: usize> Crossings<N> {
         match params.placement {
             Placement::Midpoint => {
                 for i in 0..N {
-                    let is_far = self.ends[0][i].abs() == FAR || self.ends[1][i].abs() == FAR;
-                    self.t[i] =
-                        if is_far { crossing(params.iso, self.ends[0][i], self.ends[1][i]) } else { 0.5 };
+                    self.t[i] = unsnapped(params, self.ends[0][i], self.ends[1][i]);
                 }
             }
             Placement::Linear | Placement::Snapped { .. } => self.cross(params),
@@ -126,9 +144,9 @@ impl<const N: usize> Crossings<N> {
             let [x, y, z] = [params.step_x[k], params.step_y[k], params.step_z[k]];
             for i in 0..N {
                 let t = self.t[i];
-                let qx = (self.owner[0][i] - params.margin) + self.axis[0][i] * t;
-                let qy = (self.owner[1][i] - params.margin) + self.axis[1][i] * t;
-                let qz = (self.owner[2][i] - params.margin) + self.axis[2][i] * t;
+                let qx = self.start[0][i] + self.axis[0][i] * t;
+                let qy = self.start[1][i] + self.axis[1][i] * t;
+                let qz = self.start[2][i] + self.axis[2][i] * t;
                 self.position[k][i] = params.origin[k] + ((x * qx + y * qy) + z * qz);
             }
         }
@@ -293,7 +311,7 @@ fn volume_vertices<T: Sample, const INTERIOR: bool>(
             let [x, y, z] = [0, 1, 2].map(|k| (point[k] - first[k]) as usize);
             let at = x + nx * (y + ny * z);
             let next = at + across[direction];
-            batch.set(i, point, direction, [values[at].to_f32(), values[next].to_f32()]);
+            batch.set(i, params.margin, point, direction, [values[at].to_f32(), values[next].to_f32()]);
             for k in 0..3 {
                 slopes[0][k][i] = slope::<T, INTERIOR>(params, values, at, pitch[k], k, point[k]);
             }
@@ -412,7 +430,7 @@ fn field_vertices(
             let a = samples.at(x, y, z);
             let b = samples.at(x + (direction & 1), y + (direction >> 1 & 1), z + (direction >> 2));
             let owner = [origin[0] + local[0], origin[1] + local[1], origin[2] + local[2]];
-            batch.set(i, owner, direction, [a, b]);
+            batch.set(i, params.margin, owner, direction, [a, b]);
         }
         batch.place(params);
         let count = vertices.len();
