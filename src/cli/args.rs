@@ -326,8 +326,8 @@ pub struct RunArgs {
     #[arg(long, value_enum, default_value = "auto")]
     pub backend: Backend,
 
-    /// The most memory that buffers may take, as in 512M or 4G; an uncompressed volume that takes more is read a part at a time
-    /// if its mesh goes to one .ply or .stl file alone [default: three quarters of what is free]
+    /// The most memory that buffers may take, as in 512M or 4G; an uncompressed volume that takes more, by
+    /// itself or with its mesh, is read a part at a time if the mesh goes to one .ply or .stl file alone [default: three quarters of what is free]
     #[arg(long, value_name = "BYTES", value_parser = byte_count)]
     pub memory_budget: Option<u64>,
 

@@ -87,7 +87,7 @@ impl Painter {
             match failure {
                 Failure::Usage(message) => Failure::Usage(of(message)),
                 Failure::Run(message) => Failure::Run(of(message)),
-                Failure::Negative => Failure::Negative,
+                failure => failure,
             }
         })?;
         // A scene's are about where its own surface lies.

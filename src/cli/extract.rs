@@ -89,7 +89,15 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         picture::check_memory(args, true, memory_budget)?;
     }
     let job = Job { args, loaded: &loaded, source, options: &options, progress: &progress, remark: &remark };
-    let Done { made, mut report, told } = job.extract(gpu)?;
+    let Done { made, mut report, told } = match job.extract(gpu) {
+        // The volume fits, its mesh does not.
+        Err(Failure::Budget(over)) if is_volume => {
+            drop(capped);
+            drop(loaded);
+            return planes::run_for_mesh(args, memory_budget, &over, &progress, &remark);
+        }
+        result => result?,
+    };
     let refining = Instant::now();
     let (made, refined) = match &settings {
         Some(settings) => {
@@ -256,7 +264,7 @@ impl Job<'_> {
                     (self.remark)(&format!("on the GPU {error}; the CPU does it"));
                 }
                 Err(TrackError::Extract(error)) => {
-                    return Err(Failure::run(backend::with_hint(&error, &self.loaded.source())));
+                    return Err(backend::failure(error, &self.loaded.source()));
                 }
                 Err(error) => return Err(method::track_failure(error)),
             }
@@ -269,7 +277,7 @@ impl Job<'_> {
             MethodArg::Mc | MethodArg::Mc33 | MethodArg::Mt => {
                 let (mesh, report) =
                     extract_on_cpu(&self.source, self.options, &|part| self.progress.set(part))
-                        .map_err(Failure::run)?;
+                        .map_err(Failure::extract)?;
                 Ok(Done { made: Made::Cpu(mesh), report, told: Value::Null })
             }
         }

@@ -23,6 +23,7 @@ mod stats;
 mod values;
 mod watchdog;
 
+use crate::extract::ExtractError;
 use args::{Cli, Command};
 use clap::Parser;
 use std::io::Write;
@@ -35,6 +36,8 @@ enum Failure {
     Usage(String),
     /// The run failed.
     Run(String),
+    /// The run needs more than the memory budget.
+    Budget(OverBudget),
     /// The run did its work, and what it found is the answer 1: a defect, a disagreement.
     Negative,
 }
@@ -47,6 +50,25 @@ impl Failure {
     fn run(message: impl ToString) -> Self {
         Self::Run(message.to_string())
     }
+
+    /// Of an extraction: what helps against a budget that is too small depends on its source.
+    fn extract(error: ExtractError) -> Self {
+        match error {
+            ExtractError::Budget { what, needed, budget } => {
+                Self::Budget(OverBudget { what, needed, budget })
+            }
+            error => Self::run(error),
+        }
+    }
+}
+
+/// More bytes than the memory budget.
+#[derive(Debug, thiserror::Error)]
+#[error("{what} needs {needed} bytes, over the memory budget of {budget} bytes")]
+struct OverBudget {
+    what: &'static str,
+    needed: u64,
+    budget: u64,
 }
 
 /// Runs the program with the process's arguments; returns its exit code.
@@ -75,6 +97,9 @@ pub fn run() -> i32 {
         Ok(()) => 0,
         Err(Failure::Negative) => 1,
         Err(Failure::Run(message)) => complain(&message, 1),
+        Err(Failure::Budget(over)) => {
+            complain(&format!("{over}: raise the budget (--memory-budget) or coarsen the grid"), 1)
+        }
         Err(Failure::Usage(message)) => complain(&message, 2),
     }
 }

@@ -1,17 +1,21 @@
-//! `isoforge extract` of a volume that is larger than the memory budget: from file to file, a part at a time.
+//! `isoforge extract` of a volume that is larger than the memory budget, or whose mesh is: from file to file, a part at a time.
 
-use super::Failure;
 use super::args::{Backend, ExtractArgs};
 use super::extract::{Finished, summary};
 use super::progress::Progress;
 use super::source;
 use super::stats::{Seconds, Stats};
-use crate::extract::{Options, extract_planes};
+use super::{Failure, OverBudget};
+use crate::extract::{ExtractError, Options, PlanesError, extract_planes};
 use crate::mesh::write;
 use crate::volume::{self, Planes};
 use serde_json::Value;
 use std::path::Path;
 use std::time::Instant;
+
+/// What else helps where a volume cannot be extracted a part at a time.
+const REMEDY: &str = "raise the budget (--memory-budget), or extract by --method mc, mc33 or mt to one .ply or .stl file alone, which \
+    holds a part of the volume at a time";
 
 /// Extracts the volume if it is too large to be held, and says whether it was; else nothing has happened.
 pub fn run(
@@ -20,35 +24,65 @@ pub fn run(
     progress: &Progress,
     remark: &dyn Fn(&str),
 ) -> Result<bool, Failure> {
-    let start = Instant::now();
     let path = Path::new(&args.source.source);
-    let is_raw = volume::is_raw_ending(path);
     if !volume::is_volume_ending(path)
-        || args.raw.dims.is_some() && !is_raw
+        || args.raw.dims.is_some() && !volume::is_raw_ending(path)
         || args.source.blobs.given().is_some()
     {
         return Ok(false);
     }
     let options = source::open_options(&args.source, &args.raw, memory_budget)?;
     // What is wrong with the file is said by those who read it whole.
-    let Ok(mut planes) = Planes::open(path, &options) else { return Ok(false) };
+    let Ok(planes) = Planes::open(path, &options) else { return Ok(false) };
+    let bytes = planes.bytes();
     // Beside the volume there must be room for the mesh.
-    if planes.bytes() <= memory_budget / 4 * 3 {
+    if bytes <= memory_budget / 4 * 3 {
         return Ok(false);
     }
-    let is_held = planes.bytes() <= memory_budget;
-    if let Some(obstacle) = obstacle(args) {
-        if is_held {
-            return Ok(false);
+    let output = match target(args) {
+        Ok(output) => output,
+        Err(_) if bytes <= memory_budget => return Ok(false),
+        Err(obstacle) => {
+            return Err(Failure::run(format!(
+                "{}: the volume's {bytes} bytes do not fit the memory budget of {memory_budget}, and {obstacle}: {REMEDY}",
+                path.display()
+            )));
         }
-        return Err(Failure::run(format!(
-            "{}: the volume's {} bytes do not fit the memory budget of {memory_budget}, and {obstacle}: raise the budget \
-             (--memory-budget), or extract by --method mc, mc33 or mt to one .ply or .stl file alone, which holds a part of the \
-             volume at a time",
-            path.display(),
-            planes.bytes()
-        )));
-    }
+    };
+    remark(&format!(
+        "the volume's {bytes} bytes hardly fit the memory budget of {memory_budget}, or not at all: it is read a part at a time, by the CPU"
+    ));
+    extract(args, planes, output, memory_budget, progress, remark)?;
+    Ok(true)
+}
+
+/// Extracts a volume that can be held, but not beside its mesh.
+pub fn run_for_mesh(
+    args: &ExtractArgs,
+    memory_budget: u64,
+    over: &OverBudget,
+    progress: &Progress,
+    remark: &dyn Fn(&str),
+) -> Result<(), Failure> {
+    let output =
+        target(args).map_err(|obstacle| Failure::run(format!("{over}, and {obstacle}: {REMEDY}")))?;
+    let options = source::open_options(&args.source, &args.raw, memory_budget)?;
+    let planes = Planes::open(Path::new(&args.source.source), &options)
+        .map_err(|error| Failure::run(format!("{over}: raise it (--memory-budget). {error}")))?;
+    remark(&format!("{over}: the volume is read a part at a time, by the CPU"));
+    extract(args, planes, output, memory_budget, progress, remark)
+}
+
+/// Extracts the volume a part at a time, and reports.
+fn extract(
+    args: &ExtractArgs,
+    mut planes: Planes,
+    output: &Path,
+    memory_budget: u64,
+    progress: &Progress,
+    remark: &dyn Fn(&str),
+) -> Result<(), Failure> {
+    let start = Instant::now();
     let Some(iso) = args.source.iso else {
         return Err(Failure::usage(
             "a volume needs an iso value, -I VALUE; its values were not looked at, since they do not fit the memory budget",
@@ -57,11 +91,6 @@ pub fn run(
     if !iso.is_finite() {
         return Err(Failure::usage(format!("-I {iso}: give a finite number")));
     }
-    let Some(output) = &args.output else { return Ok(false) };
-    remark(&format!(
-        "the volume's {} bytes hardly fit the memory budget of {memory_budget}, or not at all: it is read a part at a time, by the CPU",
-        planes.bytes()
-    ));
     if let Some(text) = source::precision_remark(planes.grid()) {
         remark(&text);
     }
@@ -70,8 +99,14 @@ pub fn run(
     let placement = args.method.placement();
     let settings = Options { sense, method, placement, memory_budget, ..Options::new(iso) };
     progress.phase("extracting");
-    let report =
-        extract_planes(&mut planes, &settings, output, &|part| progress.set(part)).map_err(Failure::run)?;
+    let report = extract_planes(&mut planes, &settings, output, &|part| progress.set(part));
+    let report = report.map_err(|error| match error {
+        PlanesError::Extract(ExtractError::Budget { what, needed, budget }) => {
+            let over = OverBudget { what, needed, budget };
+            Failure::run(format!("{over}: raise the budget (--memory-budget)"))
+        }
+        error => Failure::run(error),
+    })?;
     planes.notes().iter().for_each(|note| remark(note));
     if report.non_finite > 0 {
         remark(&format!("{} samples are NaN or infinite and count as outside", report.non_finite));
@@ -105,11 +140,11 @@ pub fn run(
         };
         super::write_text(&serde_json::to_string(&stats).map_err(Failure::run)?, path)?;
     }
-    Ok(true)
+    Ok(())
 }
 
-/// What asks for the whole volume, or the whole mesh, at once.
-fn obstacle(args: &ExtractArgs) -> Option<&'static str> {
+/// The file that the mesh goes to in parts, or what asks for the whole volume, or the whole mesh, at once.
+fn target(args: &ExtractArgs) -> Result<&Path, &'static str> {
     let of = &args.method;
     let in_parts = |path: &Path| write::ending(path).is_some_and(|ending| ["ply", "stl"].contains(&ending));
     let obstacles = [
@@ -122,11 +157,10 @@ fn obstacle(args: &ExtractArgs) -> Option<&'static str> {
         (of.track, "--track needs the whole volume"),
         (of.method.of_cells().is_none(), "--method dmc and octree need the whole volume"),
         (args.run.backend == Backend::Gpu, "--backend gpu needs the whole volume"),
-        (args.output.is_none(), "no file is named for the mesh"),
-        (
-            args.output.as_deref().is_some_and(|path| !in_parts(path)),
-            "only .ply and .stl files are written in parts",
-        ),
     ];
-    obstacles.into_iter().find_map(|(is_there, what)| is_there.then_some(what))
+    if let Some((_, obstacle)) = obstacles.into_iter().find(|(is_there, _)| *is_there) {
+        return Err(obstacle);
+    }
+    let output = args.output.as_deref().ok_or("no file is named for the mesh")?;
+    if in_parts(output) { Ok(output) } else { Err("only .ply and .stl files are written in parts") }
 }
