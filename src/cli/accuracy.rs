@@ -84,7 +84,7 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
     for name in &args.sources {
         let table = measure_source(name, args)?;
         if args.json.is_none() {
-            print(&table);
+            print(&table)?;
         }
         tables.push(table);
     }
@@ -195,13 +195,13 @@ impl Contest<'_> {
     }
 }
 
-fn print(table: &Table) {
+fn print(table: &Table) -> Result<(), Failure> {
     let [x, y, z] = table.cells;
-    say(format_args!("{}, {x}x{y}x{z} cells", table.source));
+    say(format_args!("{}, {x}x{y}x{z} cells", table.source))?;
     say(format_args!(
         "{:<20}{:>11}{:>11}{:>11}{:>9}{:>11}{:>11}{:>9}{:>9}",
         "", "triangles", "points", "welded", "ms", "max error", "RMS error", "normal", "max"
-    ));
+    ))?;
     for row in &table.rows {
         let error = &row.error;
         say(format_args!(
@@ -215,12 +215,12 @@ fn print(table: &Table) {
             error.distance_rms,
             error.normal_rms,
             error.normal_max
-        ));
+        ))?;
         if error.lost > 0 {
             say(format_args!(
                 "{:<20}{} of {} samples found no way to the surface",
                 "", error.lost, error.samples
-            ));
+            ))?;
         }
     }
     match table.triangles_ratio {

@@ -71,7 +71,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     }
     // Standard output is one JSON object and nothing else where that was asked for.
     if args.json.as_deref() != Some(std::path::Path::new("-")) {
-        say(report.to_string().trim_end());
+        say(report.to_string().trim_end())?;
     }
     if report.rows.is_empty() {
         return Err(Failure::run("nothing was measured: the report's skipped rows say why"));

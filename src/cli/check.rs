@@ -10,9 +10,9 @@ use std::path::Path;
 pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     let report = read_mesh(&args.file, &|text| tell(text))?.check();
     if args.json {
-        say(serde_json::to_string(&report).map_err(Failure::run)?);
+        say(serde_json::to_string(&report).map_err(Failure::run)?)?;
     } else {
-        say(report.to_string().trim_end());
+        say(report.to_string().trim_end())?;
     }
     if args.strict && report.has_defects() { Err(Failure::Negative) } else { Ok(()) }
 }

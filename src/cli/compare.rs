@@ -16,9 +16,9 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let remark = source::precision_remark(loaded.source().grid());
     notes.iter().chain(&remark).for_each(tell);
     let gpu = Gpu::open(AdapterChoice::Best).map_err(Failure::run)?;
-    say(format_args!("{} against the CPU: {}, iso {}", gpu.info.name, args.source.source, options.iso));
+    say(format_args!("{} against the CPU: {}, iso {}", gpu.info.name, args.source.source, options.iso))?;
     let extractor = Extractor::new(gpu).map_err(Failure::run)?;
     let comparison = compare(&extractor, &loaded.source(), &options).map_err(Failure::run)?;
-    say(comparison.to_string().trim_end());
+    say(comparison.to_string().trim_end())?;
     if comparison.agrees() { Ok(()) } else { Err(Failure::Negative) }
 }

@@ -56,7 +56,7 @@ pub fn run(args: &GalleryArgs) -> Result<(), Failure> {
         render::label(&mut sheet, definition.name, at, INK);
     }
     render::save_png(sheet, &args.output).map_err(Failure::run)?;
-    say(format_args!("{}: {} fields, {width}x{height} pixels", args.output.display(), fields.len()));
+    say(format_args!("{}: {} fields, {width}x{height} pixels", args.output.display(), fields.len()))?;
     Ok(())
 }
 

@@ -26,7 +26,7 @@ mod watchdog;
 use crate::extract::ExtractError;
 use args::{Cli, Command};
 use clap::Parser;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// Why a command ended without doing its work.
@@ -76,9 +76,13 @@ pub fn run() -> i32 {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and version come this way too, with code 0. A closed pipe is no error of ours.
-            let _ = error.print();
-            return error.exit_code();
+            // Help and version come this way too, with code 0.
+            return match error.print() {
+                Err(unprinted) if !error.use_stderr() && unprinted.kind() != ErrorKind::BrokenPipe => {
+                    end(Err(unsaid(&unprinted)))
+                }
+                _ => error.exit_code(),
+            };
         }
     };
     let result = match &cli.command {
@@ -93,6 +97,11 @@ pub fn run() -> i32 {
         Command::Accuracy(args) => accuracy::run(args),
         Command::Bench(args) => bench::run(args),
     };
+    end(result)
+}
+
+/// Says why a command failed, if it did; returns the exit code.
+fn end(result: Result<(), Failure>) -> i32 {
     match result {
         Ok(()) => 0,
         Err(Failure::Negative) => 1,
@@ -115,15 +124,22 @@ fn tell(text: impl std::fmt::Display) {
 }
 
 /// Prints to standard output; a reader that has gone away (`| head`) is not an error.
-fn say(text: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stdout(), "{text}");
+fn say(text: impl std::fmt::Display) -> Result<(), Failure> {
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(unsaid(&error)),
+        _ => Ok(()),
+    }
+}
+
+/// Why standard output was not written.
+fn unsaid(error: &std::io::Error) -> Failure {
+    Failure::run(format!("standard output cannot be written: {error}; make room, or send it elsewhere"))
 }
 
 /// Writes a line to `path`, whole or not at all, or to standard output for `-`.
 fn write_text(text: &str, path: &Path) -> Result<(), Failure> {
     if path == Path::new("-") {
-        say(text);
-        return Ok(());
+        return say(text);
     }
     crate::atomic::write(path, |file| writeln!(file, "{text}")).map_err(Failure::run)
 }

@@ -119,3 +119,37 @@ fn nobody_reads_standard_error() {
     drop(child.stderr.take());
     assert_eq!(child.wait().expect("it ends").code(), Some(2));
 }
+
+/// A full disk under standard output is told; a reader that has gone away is no error.
+#[test]
+#[cfg(target_os = "linux")]
+fn standard_output_that_cannot_be_written() {
+    use std::process::{Command, Stdio};
+    let here = folder();
+    done(here.path(), &["extract", "sphere", "-n", "8", "-q", "--backend", "cpu", "-o", "a.ply"]);
+    let program = |args: &[&str]| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_isoforge"));
+        program.args(args).current_dir(here.path()).stderr(Stdio::piped());
+        program
+    };
+    for args in [
+        &["fields"][..],
+        &["nodes"],
+        &["--help"],
+        &["check", "a.ply"],
+        &["extract", "sphere", "-n", "8", "-q", "--backend", "cpu", "--stats", "-"],
+    ] {
+        let full = std::fs::File::options().write(true).open("/dev/full").expect("the device");
+        let output = program(args).stdout(full).output().expect("the program starts");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            output.status.code() == Some(1) && said.contains("standard output cannot"),
+            "{args:?}: {said}"
+        );
+
+        let mut child = program(args).stdout(Stdio::piped()).spawn().expect("the program starts");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("it ends");
+        assert_eq!((output.status.code(), output.stderr.len()), (Some(0), 0), "{args:?}");
+    }
+}
