@@ -1,6 +1,7 @@
 //! `isoforge accuracy`: how far meshes of several methods lie from the surface, and at what cost.
 
 use super::args::SourceArgs;
+use super::extract::uncrossed;
 use super::source::{self, Opened};
 use super::values::{RefineArg, cells, parameter, refine as refine_arg};
 use super::{Failure, backend, method, say, tell};
@@ -110,6 +111,11 @@ fn measure_source(name: &str, args: &AccuracyArgs) -> Result<Table, Failure> {
     let contest = Contest { surface, options, settings };
 
     let mut rows = vec![contest.row("uniform", || contest.uniform(&grid))?];
+    if rows[0].triangles == 0 {
+        let range = loaded.source().value_range();
+        let why = uncrossed(contest.options.iso, range, "");
+        return Err(Failure::run(format!("{name}: there is no surface to measure from: {why}")));
+    }
     let refined = contest.row("refined", || {
         let mesh = contest.uniform(&grid)?;
         Ok(refine(&surface, &mesh, &contest.settings, &|_| {}).map_err(Failure::run)?.0)

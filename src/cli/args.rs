@@ -17,9 +17,12 @@ use glam::Vec3;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+const EXIT_CODES: &str = "Exit codes: 0 done, also where the mesh of `extract` is empty; 1 the run failed, or what it looked for is \
+    not so (`check --strict`, `compare`); 2 the command line is wrong";
+
 /// Turns density fields and volumes into triangle meshes, on the GPU or on all cores of the CPU.
 #[derive(Debug, Parser)]
-#[command(name = "isoforge", version, about, max_term_width = 110)]
+#[command(name = "isoforge", version, about, max_term_width = 110, after_help = EXIT_CODES)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -41,7 +44,7 @@ pub enum Command {
     Nodes,
     /// Draw every named field into one PNG
     Gallery(GalleryArgs),
-    /// Run GPU and CPU stage by stage and tell what agrees; exit 1 if something does not
+    /// Run GPU and CPU stage by stage and tell what agrees; exit 1 if something does not, or if there is no surface to compare
     Compare(CompareArgs),
     /// Measure how far meshes lie from the surface: uniform, refined, sharp, dual marching cubes, and the uniform
     /// grid that has the refined mesh's error
@@ -207,7 +210,7 @@ pub struct ExtractArgs {
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 
-    /// Print errors alone
+    /// Print errors alone, and that the mesh is empty, which is none: the exit code is 0
     #[arg(short, long)]
     pub quiet: bool,
 
@@ -380,7 +383,7 @@ pub struct CheckArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Exit 1 on any defect
+    /// Exit 1 on any defect, and where there is no triangle
     #[arg(long)]
     pub strict: bool,
 }

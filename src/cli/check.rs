@@ -14,7 +14,14 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     } else {
         say(report.to_string().trim_end())?;
     }
-    if args.strict && report.has_defects() { Err(Failure::Negative) } else { Ok(()) }
+    match args.strict {
+        true if report.triangles == 0 => Err(Failure::run(format!(
+            "{}: there is no triangle, and --strict wants a surface",
+            args.file.display()
+        ))),
+        true if report.has_defects() => Err(Failure::Negative),
+        _ => Ok(()),
+    }
 }
 
 /// Reads a mesh for any command, and remarks on what of the file it is without.

@@ -1,6 +1,7 @@
 //! `isoforge compare`.
 
 use super::args::CompareArgs;
+use super::extract::uncrossed;
 use super::source::{self, Opened};
 use super::{Failure, backend, say, tell};
 use crate::compare::compare;
@@ -20,5 +21,13 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let extractor = Extractor::new(gpu).map_err(Failure::run)?;
     let comparison = compare(&extractor, &loaded.source(), &options).map_err(Failure::run)?;
     say(comparison.to_string().trim_end())?;
-    if comparison.agrees() { Ok(()) } else { Err(Failure::Negative) }
+    if !comparison.agrees() {
+        return Err(Failure::Negative);
+    }
+    if comparison.is_empty() {
+        let range = extractor.value_range(&loaded.source()).ok().flatten();
+        let why = uncrossed(options.iso, range, "about ");
+        return Err(Failure::run(format!("there is no surface, and so no mesh was compared: {why}")));
+    }
+    Ok(())
 }

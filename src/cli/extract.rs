@@ -113,7 +113,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         remark(&format!("{} samples are NaN or infinite and count as outside", report.non_finite));
     }
     if report.triangles == 0 {
-        remark(&empty_message(args, &loaded, &options, &made));
+        tell(empty_message(args, &loaded, &options, &made));
     }
 
     let coloured = match &mut painter {
@@ -327,10 +327,15 @@ fn empty_message(args: &ExtractArgs, loaded: &Loaded, options: &Options, made: &
         (Made::Gpu(made), source) => made.0.value_range(source).ok().flatten(),
         (Made::Cpu(_), source) => source.value_range(),
     };
+    format!("the mesh is empty: {}", uncrossed(options.iso, range, about))
+}
+
+/// That no surface lies among samples, which have this range.
+pub fn uncrossed(iso: f32, range: Option<(f32, f32)>, about: &str) -> String {
     let range = range.map_or("the field has no finite value there".into(), |(low, high)| {
         format!("the field runs from {about}{low} to {about}{high} there")
     });
-    format!("the mesh is empty: no sample crosses iso {}; {range}", options.iso)
+    format!("no sample crosses iso {iso}; {range}")
 }
 
 /// What became of the mesh; nothing is known of one that was not read back.

@@ -1,6 +1,6 @@
 //! The command line: arguments, and what each command does with the library.
 //!
-//! Exit codes: 0 done, 1 the run failed, 2 the command line is wrong.
+//! The exit codes are told by `isoforge --help`.
 
 mod accuracy;
 mod args;

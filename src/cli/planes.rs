@@ -5,7 +5,7 @@ use super::extract::{Finished, summary};
 use super::progress::Progress;
 use super::source;
 use super::stats::{Seconds, Stats};
-use super::{Failure, OverBudget};
+use super::{Failure, OverBudget, tell};
 use crate::extract::{ExtractError, Options, PlanesError, extract_planes};
 use crate::mesh::write;
 use crate::volume::{self, Planes};
@@ -112,7 +112,7 @@ fn extract(
         remark(&format!("{} samples are NaN or infinite and count as outside", report.non_finite));
     }
     if report.triangles == 0 {
-        remark(&format!("the mesh is empty: no sample crosses iso {iso}"));
+        tell(format_args!("the mesh is empty: no sample crosses iso {iso}"));
     }
     let finished = Finished { open_edges: report.open_edges, ..Finished::default() };
     let seconds = Seconds { total: start.elapsed().as_secs_f64(), ..Seconds::of(&report) };

@@ -78,6 +78,35 @@ fn strict_check_finds_a_hole() {
     );
 }
 
+/// Where there is no surface, nothing is measured, and nothing is found good.
+#[test]
+fn no_surface() {
+    let here = folder();
+    let empty = ["extract", "sphere", "-I", "100", "-n", "8", "--backend", "cpu", "-q", "-o", "a.ply"];
+    let run = done(here.path(), &empty);
+    assert!(run.err.contains("the mesh is empty: no sample crosses iso 100"), "{}", run.err);
+    std::fs::write(here.path().join("flat.raw"), [7; 27]).expect("a file");
+    let volume = ["flat.raw", "--dims", "3,3,3", "--type", "u8", "-I", "9", "-q", "-o", "b.ply"];
+    let run = done(here.path(), &[&["extract"], &volume[..]].concat());
+    assert!(run.err.contains("the mesh is empty"), "{}", run.err);
+
+    let failed = |args: &[&str], words: &[&str]| {
+        let run = isoforge(here.path(), args);
+        assert_eq!(run.code, Some(1), "{args:?}: {}{}", run.out, run.err);
+        assert!(words.iter().all(|word| run.err.contains(word)), "{args:?}: {}", run.err);
+        assert!(!run.out.contains("NaN"), "{args:?}: {}", run.out);
+    };
+    done(here.path(), &["check", "a.ply"]);
+    failed(&["check", "a.ply", "--strict"], &["a.ply", "no triangle"]);
+    failed(
+        &["accuracy", "sphere", "-I", "100", "-n", "8"],
+        &["sphere: there is no surface", "runs from 0 to"],
+    );
+    if !cpu_alone() {
+        failed(&["compare", "sphere", "-I", "100", "-n", "8"], &["no mesh was compared", "runs from"]);
+    }
+}
+
 #[test]
 fn compare_agrees() {
     if cpu_alone() {
