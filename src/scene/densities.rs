@@ -77,7 +77,7 @@ fn blob(node: &Node<'_, '_>) -> Found<Made> {
             let line = skeleton::polyline_square(points);
             line.ok_or_else(|| item.fault(Fault::Type { wanted, found: "an empty list" }))?
         }
-        Skeleton::Circle => skeleton::circle_square(table.number("major")?),
+        Skeleton::Circle => skeleton::circle_square(table.size("major")?),
         Skeleton::Superellipsoid => skeleton::superellipsoid_square(table.whole("n", 8, 2..17)?),
     };
     let radius = node.check(crate::graph::shapes::positive("radius", table.number("radius")?))?;
