@@ -83,7 +83,8 @@ pub struct SourceArgs {
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parameter)]
     pub parameters: Vec<(String, f64)>,
 
-    /// Which side of iso is inside [default: below for fields, above for volumes and points]
+    /// Which side of iso is inside [default: of named fields what `isoforge fields` says; below for formulas, WGSL and solids of
+    /// scenes, above for volumes, points and densities of scenes]
     #[arg(long, value_enum)]
     pub inside: Option<Side>,
 

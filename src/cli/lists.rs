@@ -1,7 +1,7 @@
 //! `isoforge info` and `isoforge fields`.
 
 use super::{Failure, backend, say};
-use crate::field::named;
+use crate::field::{Sense, named};
 use crate::gpu::{Gpu, adapters};
 
 /// Lists the adapters and what will be used.
@@ -68,7 +68,11 @@ pub fn nodes() -> Result<(), Failure> {
 pub fn fields() -> Result<(), Failure> {
     for field in named::ALL {
         say(format_args!("{}\n    {}", field.name, field.formula))?;
-        say(format_args!("    shown by -L {} -I {}", field.half_edge, field.iso))?;
+        let side = match field.sense {
+            Sense::Below => "below",
+            Sense::Above => "above",
+        };
+        say(format_args!("    shown by -L {} -I {}, inside is {side}", field.half_edge, field.iso))?;
         for p in field.parameters {
             let least = if p.least.is_finite() { format!(" (at least {})", p.least) } else { String::new() };
             say(format_args!("    --param {}={}  {}{least}", p.name, p.default, p.meaning))?;

@@ -10,6 +10,11 @@ fn fields_and_info_list() {
     for word in ["sphere", "octahedron", "cube", "torus", "gyroid", "--param R=", "period", "boy", "e1"] {
         assert!(fields.contains(word), "{word}");
     }
+    let of = |name: &str| {
+        let (_, after) = fields.split_once(&format!("\n{name}\n")).expect("it is listed");
+        after.lines().nth(1).expect("how it is shown").to_string()
+    };
+    assert!(of("boy").ends_with("inside is above") && of("torus").ends_with("inside is below"), "{fields}");
     let info = done(here.path(), &["info"]).out;
     assert!(info.contains("threads") && (cpu_alone() || info.contains("largest storage binding")), "{info}");
     assert!(done(here.path(), &["--help"]).out.contains("extract"));
