@@ -5,7 +5,8 @@ use super::colour::ColourArgs;
 use super::gallery::GalleryArgs;
 use super::mesh_tools::MeshToolsArgs;
 use super::values::{
-    RefineArg, Size, Triple, bounds, byte_count, cells, degrees, dims, parameter, refine, size, triple,
+    RefineArg, Size, Triple, bounds, byte_count, cells, count, degrees, dims, parameter, refine, seconds,
+    size, time_limit, triple,
 };
 use crate::extract::Method;
 use crate::field::Sense;
@@ -158,7 +159,7 @@ pub enum KernelArg {
 #[command(next_help_heading = "Raw volumes")]
 pub struct RawArgs {
     /// Samples along each axis of a raw volume
-    #[arg(long, value_name = "X,Y,Z", value_parser = dims, requires = "scalar")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = dims, requires = "scalar", allow_hyphen_values = true)]
     pub dims: Option<[u32; 3]>,
 
     /// Type of its samples: u8 i8 u16 i16 u32 i32 f32 f64
@@ -178,7 +179,7 @@ pub struct RawArgs {
     pub origin: Option<Triple>,
 
     /// Bytes before its first sample [default: 0]
-    #[arg(long, value_name = "BYTES", requires = "dims")]
+    #[arg(long, value_name = "BYTES", value_parser = count::<u64>, requires = "dims", allow_negative_numbers = true)]
     pub skip_bytes: Option<u64>,
 }
 
@@ -257,7 +258,7 @@ pub struct MethodArgs {
     pub error: Option<f32>,
 
     /// The most cells that the octree of --method dmc or octree may have
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count::<u64>, allow_negative_numbers = true)]
     pub most_cells: Option<u64>,
 
     /// Keep the edges and corners of the surface: dual contouring of the uniform grid
@@ -281,11 +282,11 @@ pub struct MethodArgs {
     pub seeds: Vec<Triple>,
 
     /// Track what separates the points of a lattice of every so many grid points
-    #[arg(long, value_name = "N", requires = "track")]
+    #[arg(long, value_name = "N", requires = "track", allow_negative_numbers = true)]
     pub coarse: Option<u32>,
 
     /// Track what the field's intervals leave of the grid, down to boxes of so many cells; with 1, all there is
-    #[arg(long, value_name = "CELLS", requires = "track")]
+    #[arg(long, value_name = "CELLS", requires = "track", allow_negative_numbers = true)]
     pub search: Option<u32>,
 }
 
@@ -332,11 +333,11 @@ pub struct RunArgs {
 
     /// The most memory that buffers may take, as in 512M or 4G; an uncompressed volume that takes more, by
     /// itself or with its mesh, is read a part at a time if the mesh goes to one .ply or .stl file alone [default: three quarters of what is free]
-    #[arg(long, value_name = "BYTES", value_parser = byte_count)]
+    #[arg(long, value_name = "BYTES", value_parser = byte_count, allow_hyphen_values = true)]
     pub memory_budget: Option<u64>,
 
     /// The longest wait for one piece of GPU work, in seconds, at least 1
-    #[arg(long, value_name = "SECONDS", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "SECONDS", default_value_t = 120, value_parser = time_limit, allow_negative_numbers = true)]
     pub time_limit: u64,
 }
 
@@ -353,11 +354,11 @@ pub struct PictureArgs {
     pub elevation: Option<f32>,
 
     /// Vertical opening angle in degrees [default: the scene's, or 35]
-    #[arg(long, value_name = "DEGREES")]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     pub fov: Option<f32>,
 
     /// Width and height in pixels
-    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1024x768")]
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1024x768", allow_hyphen_values = true)]
     pub size: Size,
 
     /// lit; normals as colours; or debug: magenta for triangles seen from behind (on a closed surface seen
@@ -367,7 +368,7 @@ pub struct PictureArgs {
 
     /// Draw edges sharp where triangles meet at more than so many degrees, each side with normals of its own; 180 for
     /// none [default: 40 of --refine, --sharp and --method, else none]
-    #[arg(long, value_name = "DEGREES", value_parser = degrees)]
+    #[arg(long, value_name = "DEGREES", value_parser = degrees, allow_negative_numbers = true)]
     pub crease: Option<f32>,
 
     /// Draw the triangles' edges on top
@@ -410,7 +411,8 @@ pub struct BenchArgs {
         long = "sizes",
         value_name = "N,N,…",
         value_delimiter = ',',
-        default_value = "64,128,256"
+        default_value = "64,128,256",
+        allow_hyphen_values = true
     )]
     pub sizes: Vec<u32>,
 
@@ -447,7 +449,7 @@ pub struct BenchArgs {
     pub form: Option<FormArg>,
 
     /// Sweep so many iso values over volumes that lie on the GPU
-    #[arg(long, value_name = "VALUES", default_value_t = 0)]
+    #[arg(long, value_name = "VALUES", default_value_t = 0, allow_negative_numbers = true)]
     pub sweep: u32,
 
     /// Where to extract; auto is both
@@ -455,11 +457,11 @@ pub struct BenchArgs {
     pub backend: Backend,
 
     /// The most timed runs a row
-    #[arg(long, value_name = "RUNS", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "RUNS", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     pub repeats: u32,
 
     /// Seconds after which a row gets no further run
-    #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 2.0, value_parser = seconds, allow_negative_numbers = true)]
     pub seconds: f64,
 
     /// Write one JSON object; - for standard output

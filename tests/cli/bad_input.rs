@@ -96,6 +96,34 @@ fn numbers() {
     refused(&["extract", "sphere", "--fov", "200", "--png", "a.png"], 2, &["200"]);
 }
 
+/// A negative number is the flag's value, and the message says what it may be.
+#[test]
+fn negative_numbers() {
+    let extract = ["extract", "sphere", "-n", "8", "--png", "a.png"];
+    for (command, flag, words) in [
+        (&extract[..], "--crease", "from 0 to 180"),
+        (&extract, "--memory-budget", "whole number of bytes"),
+        (&extract, "--time-limit", "at least 1"),
+        (&extract, "--fov", "-5"),
+        (&extract, "--size", "1024x768"),
+        (&extract, "--most-cells", "0 or more"),
+        (&["extract", "sphere", "--track"], "--coarse", "not in 0.."),
+        (&["extract", "sphere", "--track"], "--search", "not in 0.."),
+        (&["extract", "a.raw", "--dims", "2,2,2", "--type", "u8"], "--skip-bytes", "0 or more"),
+        (&["extract", "a.raw", "--type", "u8"], "--dims", "three whole numbers"),
+        (&["mesh-tools", "a.ply"], "--smooth", "not in 1..="),
+        (&["mesh-tools", "a.ply"], "--simplify", "0 or more"),
+        (&["mesh-tools", "a.ply"], "--remove-below", "number of triangles"),
+        (&["bench"], "--seconds", "0 or more"),
+        (&["bench"], "--repeats", "not in 1.."),
+        (&["bench"], "--sizes", "not in 0.."),
+        (&["bench"], "--sweep", "not in 0.."),
+        (&["gallery", "-o", "a.png"], "--cell", "not in 32..="),
+    ] {
+        refused(&[command, &[flag, "-5"]].concat(), 2, &["-5", words]);
+    }
+}
+
 #[test]
 fn volumes() {
     let good = std::fs::read(volume()).expect("the volume");
