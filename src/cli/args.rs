@@ -59,7 +59,7 @@ pub enum Command {
 pub struct SourceArgs {
     /// A field's name (see `isoforge fields`), a formula like 'sqrt(x^2 + y^2 + z^2) - r',
     /// a .wgsl file with `fn density(p: vec3<f32>) -> f32`, a scene: .toml (see `isoforge nodes`),
-    /// a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr .raw .bin, or a molecule or other points, which become
+    /// a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr, or raw values in .raw, .bin or any other file, with --dims, or a molecule or other points, which become
     /// blobs: .pdb .xyz .csv (also .gz) .ply
     pub source: String,
 
@@ -154,7 +154,7 @@ pub enum KernelArg {
     InverseSquare,
 }
 
-/// How a .raw or .bin file is laid out.
+/// How a file of raw values is laid out.
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Raw volumes")]
 pub struct RawArgs {

@@ -25,10 +25,11 @@ pub fn run(
     remark: &dyn Fn(&str),
 ) -> Result<bool, Failure> {
     let path = Path::new(&args.source.source);
-    if !volume::is_volume_ending(path)
-        || args.raw.dims.is_some() && !volume::is_raw_ending(path)
-        || args.source.blobs.given().is_some()
-    {
+    let is_volume = match args.raw.dims {
+        Some(_) => source::is_raw(&args.source.source),
+        None => volume::is_volume_ending(path),
+    };
+    if !is_volume || args.source.blobs.given().is_some() {
         return Ok(false);
     }
     let options = source::open_options(&args.source, &args.raw, memory_budget)?;

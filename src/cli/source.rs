@@ -125,6 +125,24 @@ pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<Open
     Ok(Opened { loaded, notes, camera: Camera::default(), refine: Refine::default() })
 }
 
+/// Whether a file is raw values, which --dims and --type describe: one whose ending is no other format's.
+pub fn is_raw(source: &str) -> bool {
+    let path = Path::new(source);
+    volume::is_raw_ending(path) || !has_own_format(path) && path.is_file()
+}
+
+/// Whether the ending names a format that says itself how it is laid out.
+fn has_own_format(path: &Path) -> bool {
+    volume::is_volume_ending(path) && !volume::is_raw_ending(path)
+        || components::is_component_ending(path)
+        || scene::is_scene_ending(path)
+        || is_wgsl_ending(path)
+}
+
+fn is_wgsl_ending(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("wgsl"))
+}
+
 /// Everything but scenes; the second value is remarks for the user.
 fn load_plain(
     args: &SourceArgs,
@@ -132,9 +150,14 @@ fn load_plain(
     path: &Path,
     memory_budget: u64,
 ) -> Result<(Loaded, Vec<String>), Failure> {
-    if raw.dims.is_some() && !volume::is_raw_ending(path) {
+    if raw.dims.is_some() && !is_raw(&args.source) {
+        let why = if has_own_format(path) {
+            "says itself how it is laid out"
+        } else {
+            "is no file: check the name"
+        };
         return Err(Failure::usage(format!(
-            "--dims, --type and what goes with them describe .raw and .bin files; {} says itself how it is laid out",
+            "--dims, --type and what goes with them describe files of raw values; {} {why}",
             args.source
         )));
     }
@@ -144,11 +167,10 @@ fn load_plain(
     if let Some(flag) = args.blobs.given() {
         return Err(Failure::usage(format!("{flag} is for points: {}", components::ENDINGS.join(" "))));
     }
-    let ending = path.extension().map(|e| e.to_ascii_lowercase());
-    if ending.as_deref().is_some_and(|e| e == "wgsl") {
+    if is_wgsl_ending(path) {
         return load_wgsl(args, path);
     }
-    if volume::is_volume_ending(path) {
+    if volume::is_volume_ending(path) || raw.dims.is_some() {
         return load_volume(args, raw, path, memory_budget);
     }
     let formula = formula::parse(&args.source, &args.parameters);
@@ -156,10 +178,13 @@ fn load_plain(
     if !is_name && !path.exists() && formula.as_ref().map_or_else(|e| is_meant(e, &args.source), |_| true) {
         return load_formula(args, &formula.map_err(Failure::usage)?);
     }
-    if ending.is_some() || args.source.contains(['/', '\\']) || path.exists() {
+    if path.is_dir() {
+        return Err(Failure::usage(format!("{}: this is a folder: name a file in it", args.source)));
+    }
+    if path.extension().is_some() || args.source.contains(['/', '\\']) || path.exists() {
         return Err(Failure::usage(format!(
             "{}: this ending is none that is read; a source is a field's name (see `isoforge fields`), a formula, \
-             a .wgsl file, a scene (.toml), a volume ({}), or points ({})",
+             a .wgsl file, a scene (.toml), a volume ({}; any other file as raw values, with --dims and --type), or points ({})",
             args.source,
             volume::ENDINGS.join(" "),
             components::ENDINGS.join(" ")

@@ -174,7 +174,11 @@ fn volume(node: &Node<'_, '_>) -> Found<Made> {
     };
     let lookup = Lookup { value: value.unwrap_or_default(), gradient: gradient.unwrap_or_default(), border };
     let (file, path) = table.file("file", "the volume's file")?;
-    let raw = if volume::is_raw_ending(&path) { Some(raw_layout(node)?) } else { None };
+    let is_raw = match volume::is_volume_ending(&path) {
+        true => volume::is_raw_ending(&path),
+        false => table.get("dims").is_some(),
+    };
+    let raw = if is_raw { Some(raw_layout(node)?) } else { None };
     let options = volume::OpenOptions { raw, max_bytes: node.files.left() };
     let opened = volume::open(&path, &options).map_err(|error| file.fault(error))?;
     node.files.took(opened.volume.bytes(), opened.notes);

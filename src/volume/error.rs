@@ -23,8 +23,11 @@ pub enum OpenError {
         /// The path.
         file: PathBuf,
     },
-    /// The file's ending belongs to no known format.
-    #[error("{file}: the ending names no volume format. Known endings: {}", super::ENDINGS.join(", "))]
+    /// The file's ending belongs to no known format, and no layout is given.
+    #[error(
+        "{file}: the ending names no volume format. Known endings: {}; any other file is read as raw values where its \
+         dimensions and scalar type are given", super::ENDINGS.join(", ")
+    )]
     Ending {
         /// The file.
         file: PathBuf,

@@ -128,6 +128,15 @@ fn negative_numbers() {
 fn volumes() {
     let good = std::fs::read(volume()).expect("the volume");
     refused(&["extract", "missing.nii.gz", "-I", "1"], 1, &["missing.nii.gz"]);
+    let layout = ["--dims", "2,2,2", "--type", "u8", "-I", "1"];
+    refused(&[&["extract", "missing.map"], &layout[..]].concat(), 2, &["missing.map is no file"]);
+    refused(&[&["extract", "sphere"], &layout[..]].concat(), 2, &["sphere is no file"]);
+    for name in ["a.nii.gz", "a.pdb", "a.toml", "a.wgsl"] {
+        let args = [&["extract", name], &layout[..]].concat();
+        refused_with(&[(name, b"12345678")], &args, 2, &[name, "says itself"]);
+    }
+    refused_with(&[("a.map", b"12345678")], &["extract", "a.map", "-I", "1"], 2, &["a.map", "--dims"]);
+    refused(&["extract", ".", "-I", "1"], 2, &["this is a folder"]);
     refused_with(
         &[("a.nii.gz", &good[..good.len() / 2])],
         &["extract", "a.nii.gz", "-I", "1"],
