@@ -16,6 +16,7 @@ use crate::mesh::write::{self, Extra};
 use crate::track::TrackError;
 use serde_json::Value;
 use std::borrow::Cow;
+use std::path::Path;
 use std::time::Instant;
 
 /// Letters of a source that the last line shows: formulas may be long.
@@ -221,7 +222,12 @@ fn check_targets(args: &ExtractArgs) -> Result<(), Failure> {
         }
         picture::check(&args.picture, path)?;
     }
-    super::check_distinct(&[&args.output, &args.png, &args.stats])?;
+    let inputs: Vec<&Path> = [Some(&args.source.source), args.colour.color_by.as_ref()]
+        .into_iter()
+        .flatten()
+        .map(Path::new)
+        .collect();
+    super::check_distinct(&inputs, &[("-o", &args.output), ("--png", &args.png), ("--stats", &args.stats)])?;
     args.stats.as_deref().map_or(Ok(()), super::check_text_target)
 }
 
@@ -410,7 +416,11 @@ pub fn summary(
     if let Some(open @ 1..) = finished.open_edges {
         text += &format!(", {open} open edges where the domain ends");
     }
-    text + &format!(" on {place} in {total:.2} s")
+    text += &format!(" on {place} in {total:.2} s");
+    if args.output.is_none() && args.png.is_none() && args.stats.is_none() {
+        text += "; nothing is written, as no file is named (-o, --png, --stats)";
+    }
+    text
 }
 
 #[cfg(test)]

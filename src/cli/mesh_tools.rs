@@ -55,7 +55,7 @@ pub struct MeshToolsArgs {
     #[arg(long, requires = "output")]
     pub strips: bool,
 
-    /// Write the mesh; the ending chooses the format: .off .obj .ply .stl .glb .rib
+    /// Write the mesh, to another file; the ending chooses the format: .off .obj .ply .stl .glb .rib
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
@@ -137,7 +137,8 @@ fn check(args: &MeshToolsArgs) -> Result<(), Failure> {
     if let Some(path) = &args.png {
         picture::check(&args.picture, path)?;
     }
-    super::check_distinct(&[&args.output, &args.png, &args.stats])?;
+    let outputs = [("-o", &args.output), ("--png", &args.png), ("--stats", &args.stats)];
+    super::check_distinct(&[&args.file], &outputs)?;
     args.stats.as_deref().map_or(Ok(()), super::check_text_target)
 }
 

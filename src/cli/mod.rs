@@ -149,14 +149,24 @@ fn check_text_target(path: &Path) -> Result<(), Failure> {
     if path == Path::new("-") { Ok(()) } else { crate::atomic::check(path).map_err(Failure::run) }
 }
 
-/// Refuses one name for two outputs; - is none.
-fn check_distinct(outputs: &[&Option<PathBuf>]) -> Result<(), Failure> {
-    let names: Vec<&Path> = outputs
-        .iter()
-        .filter_map(|output| output.as_deref().filter(|path| *path != Path::new("-")))
-        .collect();
-    if (1..names.len()).any(|i| names[..i].contains(&names[i])) {
-        return Err(Failure::usage("two outputs have the same file name: name another"));
+/// Refuses one name for two outputs, and outputs that would replace what is read; - is none.
+fn check_distinct(inputs: &[&Path], outputs: &[(&str, &Option<PathBuf>)]) -> Result<(), Failure> {
+    let named = outputs.iter().filter_map(|(flag, path)| Some((*flag, path.as_deref()?)));
+    let named: Vec<(&str, &Path)> = named.filter(|(_, path)| *path != Path::new("-")).collect();
+    let place = |path: &Path| path.canonicalize().ok();
+    for (i, (flag, path)) in named.iter().enumerate() {
+        if let Some((other, _)) = named[..i].iter().find(|(_, before)| before == path) {
+            return Err(Failure::usage(format!(
+                "{other} and {flag} name the same file, {}: name another for one of them",
+                path.display()
+            )));
+        }
+        if inputs.iter().any(|input| place(input).is_some_and(|input| place(path) == Some(input))) {
+            return Err(Failure::usage(format!(
+                "{flag} {}: this is the file that is read: name another",
+                path.display()
+            )));
+        }
     }
     Ok(())
 }

@@ -347,6 +347,11 @@ fn load_volume(
     let options = open_options(args, raw, memory_budget)?;
     let opened = volume::open(path, &options).map_err(|error| match error {
         volume::OpenError::NoLayout { .. } => Failure::usage(format!("{error}: --dims X,Y,Z --type TYPE")),
+        volume::OpenError::Budget { .. } if volume::Planes::open(path, &options).is_err() => {
+            Failure::run(format!(
+                "{error}; or save it uncompressed: such a volume `isoforge extract` reads a part at a time"
+            ))
+        }
         _ => Failure::run(error),
     })?;
     let loaded = Loaded::Volume { volume: Arc::new(opened.volume), interpolant: OnceLock::new() };

@@ -138,10 +138,10 @@ pub(super) fn layout(
     let Some(points) = points.filter(|n| *n <= 1 << 50) else {
         return Err(too_large("that is more than 2^50 samples".to_owned()));
     };
-    let kept = coding.kept();
-    let bytes = points * kept.size() as u64;
-    if let Some(most) = options.max_bytes.filter(|most| bytes > *most) {
-        return Err(too_large(format!("as {kept} they take {bytes} bytes and the limit is {most}")));
+    let scalar = coding.kept();
+    let needed = points * scalar.size() as u64;
+    if let Some(budget) = options.max_bytes.filter(|most| needed > *most) {
+        return Err(OpenError::Budget { file: file.to_owned(), dims, scalar, needed, budget });
     }
     let mut cells = [0; 3];
     for (cells, n) in cells.iter_mut().zip(dims) {

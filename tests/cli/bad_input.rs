@@ -157,6 +157,12 @@ fn volumes() {
         &["a.raw"],
     );
     refused_with(&[("a.raw", &[0; 8])], &["extract", "a.raw", "-I", "1"], 2, &["a.raw", "--dims"]);
+    refused_with(
+        &[("a.nii.gz", &good)],
+        &["extract", "a.nii.gz", "-I", "40", "--memory-budget", "1K", "-o", "a.ply"],
+        1,
+        &["1024 bytes", "--memory-budget", "save it uncompressed"],
+    );
     refused_with(&[("a.nii.gz", &good)], &["extract", "a.nii.gz"], 2, &["-I", "values run from"]);
     refused_with(
         &[("a.nii.gz", &good)],
@@ -222,6 +228,19 @@ fn targets() {
         );
         assert_eq!(files(here.path()), [name]);
     }
+    // What is read is not written over, by whatever path.
+    let points = b"1 2 3\n";
+    let given = [("a.csv", &b"x,y,z\n1,2,3\n"[..]), ("a.ply", points), ("a.off", points)];
+    for args in [
+        &["extract", "a.ply", "-n", "8", "-o", "./a.ply"][..],
+        &["extract", "sphere", "-n", "8", "--color-by", "a.ply", "-o", "a.ply"],
+        &["extract", "a.csv", "-n", "8", "--stats", "a.csv"],
+        &["mesh-tools", "a.off", "-o", "a.off"],
+    ] {
+        refused_with(&given, args, 2, &["this is the file that is read"]);
+    }
+    let twice = ["--png", "a.png", "--stats", "a.png"];
+    refused(&[&["extract", "sphere", "-n", "8"], &twice[..]].concat(), 2, &["--png and --stats", "a.png"]);
     refused(&["bench", "-n", "8", "--json", "no/such/a.json"], 1, &["there is no folder no/such"]);
     refused_with(&[("plain", b"x")], &["extract", "sphere", "-n", "8", "-o", "plain/a.ply"], 1, &["plain"]);
 }

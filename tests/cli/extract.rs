@@ -142,6 +142,9 @@ fn quiet_is_quiet_and_a_note_names_the_backend() {
     let loud = done(here.path(), &["extract", "sphere", "-n", "8", "-o", "a.off"]);
     assert!(loud.err.contains("CPU") || loud.err.contains("GPU"), "{}", loud.err);
     assert_eq!(loud.err.lines().count(), if loud.err.contains("no GPU") { 2 } else { 1 });
+    assert!(!loud.err.contains("nothing is written"), "{}", loud.err);
+    let unwritten = done(here.path(), &["extract", "sphere", "-n", "8", "--backend", "cpu"]);
+    assert!(unwritten.err.contains("nothing is written"), "{}", unwritten.err);
 }
 
 #[test]

@@ -91,10 +91,7 @@ fn a_limit_on_memory_is_kept() {
         let path = write(&dir, "a.raw", &vec![0; POINTS * scalar.size()]);
         let options = |most| OpenOptions { raw: Some(layout(scalar)), max_bytes: Some(most) };
         assert!(isoforge::volume::open(&path, &options(bytes)).is_ok());
-        assert!(matches!(
-            isoforge::volume::open(&path, &options(bytes - 1)),
-            Err(OpenError::TooLarge { .. })
-        ));
+        assert!(matches!(isoforge::volume::open(&path, &options(bytes - 1)), Err(OpenError::Budget { .. })));
     }
 }
 
