@@ -102,7 +102,7 @@ fn raw(dir: &TempDir, dims: [u32; 3], scalar: Scalar, endian: Endian, seed: u64)
         origin: [-3.0, 0.5, 100.0],
         ..RawLayout::new(dims, scalar)
     };
-    (path, OpenOptions { raw: Some(layout), max_bytes: None })
+    (path, OpenOptions { raw: Some(layout), ..OpenOptions::default() })
 }
 
 /// Goes red when the layer behind a slab is not carried over, when the window begins at the slab's own first plane (slopes
@@ -247,7 +247,7 @@ fn the_real_ones() {
         let path = dir.path().join("brain.raw");
         fs::write(&path, brain.values().bytes()).unwrap();
         let layout = RawLayout::new(brain.grid().points().to_array(), brain.values().scalar());
-        let options = OpenOptions { raw: Some(layout), max_bytes: None };
+        let options = OpenOptions { raw: Some(layout), ..OpenOptions::default() };
         assert!(same_files(&path, &options, iso, Sense::Above) >= 3, "{name}");
     }
 }

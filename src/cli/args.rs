@@ -170,8 +170,9 @@ pub struct RawArgs {
     #[arg(long, value_parser = Endian::from_str, requires = "dims")]
     pub endian: Option<Endian>,
 
-    /// Distance of its samples, in world units [default: 1,1,1]
-    #[arg(long, value_name = "X,Y,Z", value_parser = triple, requires = "dims", allow_hyphen_values = true)]
+    /// Distance of its samples, in world units; of TIFF, NIfTI and NRRD volumes, too, in place of what the file says [default: the
+    /// file's, or 1,1,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     pub spacing: Option<Triple>,
 
     /// World position of its first sample [default: 0,0,0]

@@ -12,7 +12,8 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     let memory_budget = backend::memory_budget(None);
     let opened = match (&args.volume, args.iso) {
         (Some(path), Some(iso)) => {
-            let opened = volume::open(path, &OpenOptions { raw: None, max_bytes: Some(memory_budget) });
+            let opened =
+                volume::open(path, &OpenOptions { max_bytes: Some(memory_budget), ..OpenOptions::default() });
             let opened = opened.map_err(Failure::run)?;
             if !args.quiet {
                 opened.notes.iter().for_each(tell);

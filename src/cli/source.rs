@@ -118,6 +118,12 @@ pub struct Opened {
 /// Loads what `args` name.
 pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<Opened, Failure> {
     let path = Path::new(&args.source);
+    if raw.spacing.is_some() && raw.dims.is_none() && !volume::is_volume_ending(path) {
+        return Err(Failure::usage(format!(
+            "--spacing is for volumes; {} is none: leave it out",
+            args.source
+        )));
+    }
     if scene::is_scene_ending(path) && raw.dims.is_none() && args.blobs.given().is_none() {
         return load_scene(args, path, memory_budget);
     }
@@ -377,6 +383,7 @@ pub fn open_options(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Res
             "{flag} is for fields; a volume's normals are central differences of its samples: leave it out"
         )));
     }
+    let spacing = raw.spacing.map(|triple| triple.0);
     let raw = match (raw.dims, raw.scalar) {
         (Some(dims), Some(scalar)) => {
             if dims.contains(&0) {
@@ -385,7 +392,6 @@ pub fn open_options(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Res
             let plain = RawLayout::new(dims, scalar);
             Some(RawLayout {
                 endian: raw.endian.unwrap_or(plain.endian),
-                spacing: raw.spacing.map_or(plain.spacing, |t| t.0),
                 origin: raw.origin.map_or(plain.origin, |t| t.0),
                 skip_bytes: raw.skip_bytes.unwrap_or(plain.skip_bytes),
                 ..plain
@@ -393,5 +399,5 @@ pub fn open_options(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Res
         }
         _ => None,
     };
-    Ok(OpenOptions { raw, max_bytes: Some(memory_budget) })
+    Ok(OpenOptions { raw, spacing, max_bytes: Some(memory_budget) })
 }

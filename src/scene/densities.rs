@@ -179,7 +179,7 @@ fn volume(node: &Node<'_, '_>) -> Found<Made> {
         false => table.get("dims").is_some(),
     };
     let raw = if is_raw { Some(raw_layout(node)?) } else { None };
-    let options = volume::OpenOptions { raw, max_bytes: node.files.left() };
+    let options = volume::OpenOptions { raw, max_bytes: node.files.left(), ..Default::default() };
     let opened = volume::open(&path, &options).map_err(|error| file.fault(error))?;
     node.files.took(opened.volume.bytes(), opened.notes);
     let leaf = node.check(VolumeLeaf::new(Arc::new(opened.volume), lookup))?;

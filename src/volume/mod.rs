@@ -115,6 +115,9 @@ pub struct OpenOptions {
     /// The layout of a `.raw` or `.bin` file, or of one with an ending that is none of [`ENDINGS`]; the formats of the others say
     /// it themselves and ignore this.
     pub raw: Option<RawLayout>,
+    /// Way from a sample to the next along each of the file's axes, in world units, in place of what the file (or the layout)
+    /// says; directions and the position of the first sample stay.
+    pub spacing: Option<[f32; 3]>,
     /// Refuse a volume whose values take more than this many bytes in memory; `None` for no limit.
     pub max_bytes: Option<u64>,
 }

@@ -170,6 +170,7 @@ fn volumes() {
         2,
         &["-n", "own grid"],
     );
+    refused(&["extract", "sphere", "--spacing", "1,1,2"], 2, &["--spacing is for volumes", "sphere"]);
     for flags in [["--normals", "central"], ["--delta", "0.1"]] {
         let args = ["extract", "a.nii.gz", "-I", "1", flags[0], flags[1]];
         refused_with(&[("a.nii.gz", &good)], &args, 2, &[flags[0], "samples"]);

@@ -99,6 +99,22 @@ fn raw_values_in_a_file_of_any_ending() {
     assert!(!run.err.contains("empty"), "{}", run.err);
 }
 
+/// Of a volume that says its spacing (1, here), the user's word counts more.
+#[test]
+fn spacing_of_any_volume() {
+    let here = folder();
+    let volume = volume();
+    let extract = ["extract", volume.to_str().expect("UTF-8"), "-I", "40", "--backend", "cpu", "-o", "a.ply"];
+    let depth = |more: &[&str]| {
+        done(here.path(), &[&extract[..], more].concat());
+        let report: Value =
+            serde_json::from_str(&done(here.path(), &["check", "a.ply", "--json"]).out).expect("JSON");
+        let z = |corner: usize| report["bounds"][corner][2].as_f64().expect("a number");
+        z(1) - z(0)
+    };
+    assert!((depth(&["--spacing", "1,1,2.5"]) / depth(&[]) - 2.5).abs() < 1e-4);
+}
+
 #[test]
 fn stats_have_their_keys() {
     let here = folder();
