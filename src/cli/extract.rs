@@ -44,7 +44,8 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
 
     colour::check(args, &remark)?;
     progress.phase("reading");
-    if planes::run(args, memory_budget, &progress, &remark)? {
+    let in_parts = planes::Job { args, memory_budget, start, progress: &progress, remark: &remark };
+    if in_parts.run()? {
         return Ok(());
     }
     let none = RawArgs::default();
@@ -95,7 +96,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         Err(Failure::Budget(over)) if is_volume => {
             drop(capped);
             drop(loaded);
-            return planes::run_for_mesh(args, memory_budget, &over, &progress, &remark);
+            return in_parts.run_for_mesh(&over);
         }
         result => result?,
     };
