@@ -59,8 +59,8 @@ pub enum Command {
 pub struct SourceArgs {
     /// A field's name (see `isoforge fields`), a formula like 'sqrt(x^2 + y^2 + z^2) - r',
     /// a .wgsl file with `fn density(p: vec3<f32>) -> f32`, a scene: .toml (see `isoforge nodes`),
-    /// a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr, or raw values in .raw, .bin or any other file, with --dims, or a molecule or other points, which become
-    /// blobs: .pdb .xyz .csv (also .gz) .ply
+    /// a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr, or raw values in .raw, .bin or any other file, with --dims,
+    /// or a molecule or other points, which become blobs: .pdb .xyz .csv (also .gz) .ply
     pub source: String,
 
     /// The iso value, in the units of the samples [default: the field's own, or 0; 0.5 for points; volumes need it]
@@ -332,8 +332,8 @@ pub struct RunArgs {
     #[arg(long, value_enum, default_value = "auto")]
     pub backend: Backend,
 
-    /// The most memory that buffers may take, as in 512M or 4G; an uncompressed volume that takes more, by
-    /// itself or with its mesh, is read a part at a time if the mesh goes to one .ply or .stl file alone [default: three quarters of what is free]
+    /// The most memory that buffers may take, as in 512M or 4G; an uncompressed volume that takes more, by itself or with its
+    /// mesh, is read a part at a time if the mesh goes to one .ply or .stl file alone [default: three quarters of what is free]
     #[arg(long, value_name = "BYTES", value_parser = byte_count, allow_hyphen_values = true)]
     pub memory_budget: Option<u64>,
 
