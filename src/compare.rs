@@ -97,6 +97,11 @@ impl Comparison {
     pub fn agrees(&self) -> bool {
         self.rows.iter().all(Row::agrees)
     }
+
+    /// Whether there was no triangle to compare.
+    pub fn is_empty(&self) -> bool {
+        self.rows.iter().filter(|row| row.what == "indices").all(|row| row.compared == 0)
+    }
 }
 
 impl fmt::Display for Comparison {

@@ -8,6 +8,7 @@ use isoforge::field::Sense;
 use isoforge::mesh::write;
 use isoforge::volume::{self, Endian, OpenError, OpenOptions, Planes, RawLayout, Scalar};
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
@@ -101,7 +102,7 @@ fn raw(dir: &TempDir, dims: [u32; 3], scalar: Scalar, endian: Endian, seed: u64)
         origin: [-3.0, 0.5, 100.0],
         ..RawLayout::new(dims, scalar)
     };
-    (path, OpenOptions { raw: Some(layout), max_bytes: None })
+    (path, OpenOptions { raw: Some(layout), ..OpenOptions::default() })
 }
 
 /// Goes red when the layer behind a slab is not carried over, when the window begins at the slab's own first plane (slopes
@@ -246,7 +247,7 @@ fn the_real_ones() {
         let path = dir.path().join("brain.raw");
         fs::write(&path, brain.values().bytes()).unwrap();
         let layout = RawLayout::new(brain.grid().points().to_array(), brain.values().scalar());
-        let options = OpenOptions { raw: Some(layout), max_bytes: None };
+        let options = OpenOptions { raw: Some(layout), ..OpenOptions::default() };
         assert!(same_files(&path, &options, iso, Sense::Above) >= 3, "{name}");
     }
 }
@@ -292,7 +293,7 @@ fn what_goes_wrong_leaves_nothing() {
 
 /// A raw volume of zeros, which take no room on the disk, with a ball of ones: 200 MB.
 fn ball(path: &Path) -> [u32; 3] {
-    use std::io::{Seek, SeekFrom, Write};
+    use std::io::{Seek, SeekFrom};
     let dims = [512, 512, 800];
     let mut file = fs::File::create(path).unwrap();
     file.set_len(512 * 512 * 800).unwrap();
@@ -376,4 +377,46 @@ fn the_program_keeps_its_budget() {
     let output = arguments("a.ply", 1 << 20).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(said.contains("smallest slab"), "{said}");
+}
+
+/// A volume that fits the budget, with a mesh that does not, is read in parts, too.
+#[test]
+fn a_mesh_over_the_budget_goes_out_in_parts() {
+    let dir = TempDir::new().unwrap();
+    let mut random = Random(5);
+    let noise: Vec<u8> = (0..100_u32.pow(3)).map(|_| random.next() as u8).collect();
+    fs::write(dir.path().join("noise.raw"), &noise).unwrap();
+    let mut packed = b"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 100 100 100\nencoding: gzip\n\n".to_vec();
+    let mut encoder = flate2::write::GzEncoder::new(&mut packed, flate2::Compression::fast());
+    encoder.write_all(&noise).unwrap();
+    encoder.finish().unwrap();
+    fs::write(dir.path().join("noise.nrrd"), packed).unwrap();
+
+    let run = |file: &str, budget: &str, more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_isoforge"));
+        command.args(["extract", file, "-I", "128", "--memory-budget", budget]).args(more);
+        if file.ends_with(".raw") {
+            command.args(["--dims", "100,100,100", "--type", "u8"]);
+        }
+        let output = command.current_dir(dir.path()).output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    for ending in ["ply", "stl"] {
+        let [whole, parts] = ["whole", "parts"].map(|name| format!("{name}.{ending}"));
+        let (code, said) = run("noise.raw", "1G", &["-o", &whole, "--backend", "cpu"]);
+        assert!(code == Some(0) && !said.contains("a part at a time"), "{said}");
+        let (code, said) = run("noise.raw", "16M", &["-o", &parts]);
+        assert!(code == Some(0) && said.contains("the mesh") && said.contains("a part at a time"), "{said}");
+        assert!(fs::read(dir.path().join(whole)).unwrap() == fs::read(dir.path().join(parts)).unwrap());
+    }
+    for (file, more, why) in [
+        ("noise.raw", &["-o", "a.obj"][..], "only .ply and .stl"),
+        ("noise.raw", &["-o", "a.ply", "--no-degenerate"], "--no-degenerate needs the whole mesh"),
+        ("noise.raw", &["-o", "a.ply", "--track"], "--track needs the whole volume"),
+        ("noise.nrrd", &["-o", "a.ply"], "uncompressed"),
+    ] {
+        let (code, said) = run(file, "16M", more);
+        assert!(code == Some(1) && said.contains(why) && said.contains("raise"), "{said}");
+        assert!(!said.contains("coarsen") && !dir.path().join(more[1]).exists(), "{said}");
+    }
 }

@@ -1,6 +1,7 @@
 //! `isoforge accuracy`: how far meshes of several methods lie from the surface, and at what cost.
 
 use super::args::SourceArgs;
+use super::extract::uncrossed;
 use super::source::{self, Opened};
 use super::values::{RefineArg, cells, parameter, refine as refine_arg};
 use super::{Failure, backend, method, say, tell};
@@ -84,7 +85,7 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
     for name in &args.sources {
         let table = measure_source(name, args)?;
         if args.json.is_none() {
-            print(&table);
+            print(&table)?;
         }
         tables.push(table);
     }
@@ -110,6 +111,11 @@ fn measure_source(name: &str, args: &AccuracyArgs) -> Result<Table, Failure> {
     let contest = Contest { surface, options, settings };
 
     let mut rows = vec![contest.row("uniform", || contest.uniform(&grid))?];
+    if rows[0].triangles == 0 {
+        let range = loaded.source().value_range();
+        let why = uncrossed(contest.options.iso, range, "");
+        return Err(Failure::run(format!("{name}: there is no surface to measure from: {why}")));
+    }
     let refined = contest.row("refined", || {
         let mesh = contest.uniform(&grid)?;
         Ok(refine(&surface, &mesh, &contest.settings, &|_| {}).map_err(Failure::run)?.0)
@@ -195,13 +201,13 @@ impl Contest<'_> {
     }
 }
 
-fn print(table: &Table) {
+fn print(table: &Table) -> Result<(), Failure> {
     let [x, y, z] = table.cells;
-    say(format_args!("{}, {x}x{y}x{z} cells", table.source));
+    say(format_args!("{}, {x}x{y}x{z} cells", table.source))?;
     say(format_args!(
         "{:<20}{:>11}{:>11}{:>11}{:>9}{:>11}{:>11}{:>9}{:>9}",
         "", "triangles", "points", "welded", "ms", "max error", "RMS error", "normal", "max"
-    ));
+    ))?;
     for row in &table.rows {
         let error = &row.error;
         say(format_args!(
@@ -215,12 +221,12 @@ fn print(table: &Table) {
             error.distance_rms,
             error.normal_rms,
             error.normal_max
-        ));
+        ))?;
         if error.lost > 0 {
             say(format_args!(
                 "{:<20}{} of {} samples found no way to the surface",
                 "", error.lost, error.samples
-            ));
+            ))?;
         }
     }
     match table.triangles_ratio {

@@ -1,15 +1,16 @@
 //! The arguments of every command.
 
 use super::accuracy::AccuracyArgs;
+use super::bench::BenchArgs;
 use super::colour::ColourArgs;
 use super::gallery::GalleryArgs;
 use super::mesh_tools::MeshToolsArgs;
 use super::values::{
-    RefineArg, Size, Triple, bounds, byte_count, cells, degrees, dims, parameter, refine, size, triple,
+    RefineArg, Size, Triple, bounds, byte_count, cells, count, degrees, dims, parameter, refine, size,
+    time_limit, triple,
 };
 use crate::extract::Method;
 use crate::field::Sense;
-use crate::gpu::Form;
 use crate::render::Shade;
 use crate::volume::{Endian, Scalar};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -17,9 +18,12 @@ use glam::Vec3;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+const EXIT_CODES: &str = "Exit codes: 0 done, also where the mesh of `extract` is empty; 1 the run failed, or what it looked for is \
+    not so (`check --strict`, `compare`); 2 the command line is wrong";
+
 /// Turns density fields and volumes into triangle meshes, on the GPU or on all cores of the CPU.
 #[derive(Debug, Parser)]
-#[command(name = "isoforge", version, about, max_term_width = 110)]
+#[command(name = "isoforge", version, about, max_term_width = 110, after_help = EXIT_CODES)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -41,7 +45,7 @@ pub enum Command {
     Nodes,
     /// Draw every named field into one PNG
     Gallery(GalleryArgs),
-    /// Run GPU and CPU stage by stage and tell what agrees; exit 1 if something does not
+    /// Run GPU and CPU stage by stage and tell what agrees; exit 1 if something does not, or if there is no surface to compare
     Compare(CompareArgs),
     /// Measure how far meshes lie from the surface: uniform, refined, sharp, dual marching cubes, and the uniform
     /// grid that has the refined mesh's error
@@ -55,8 +59,8 @@ pub enum Command {
 pub struct SourceArgs {
     /// A field's name (see `isoforge fields`), a formula like 'sqrt(x^2 + y^2 + z^2) - r',
     /// a .wgsl file with `fn density(p: vec3<f32>) -> f32`, a scene: .toml (see `isoforge nodes`),
-    /// a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr .raw .bin, or a molecule or other points, which become
-    /// blobs: .pdb .xyz .csv (also .gz) .ply
+    /// a volume: .nii .nii.gz .tif .tiff .nrrd .nhdr, or raw values in .raw, .bin or any other file, with --dims,
+    /// or a molecule or other points, which become blobs: .pdb .xyz .csv (also .gz) .ply
     pub source: String,
 
     /// The iso value, in the units of the samples [default: the field's own, or 0; 0.5 for points; volumes need it]
@@ -80,7 +84,8 @@ pub struct SourceArgs {
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parameter)]
     pub parameters: Vec<(String, f64)>,
 
-    /// Which side of iso is inside [default: below for fields, above for volumes and points]
+    /// Which side of iso is inside [default: of named fields what `isoforge fields` says; below for formulas, WGSL and solids of
+    /// scenes, above for volumes, points and densities of scenes]
     #[arg(long, value_enum)]
     pub inside: Option<Side>,
 
@@ -149,12 +154,12 @@ pub enum KernelArg {
     InverseSquare,
 }
 
-/// How a .raw or .bin file is laid out.
+/// How a file of raw values is laid out.
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Raw volumes")]
 pub struct RawArgs {
     /// Samples along each axis of a raw volume
-    #[arg(long, value_name = "X,Y,Z", value_parser = dims, requires = "scalar")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = dims, requires = "scalar", allow_hyphen_values = true)]
     pub dims: Option<[u32; 3]>,
 
     /// Type of its samples: u8 i8 u16 i16 u32 i32 f32 f64
@@ -165,8 +170,9 @@ pub struct RawArgs {
     #[arg(long, value_parser = Endian::from_str, requires = "dims")]
     pub endian: Option<Endian>,
 
-    /// Distance of its samples, in world units [default: 1,1,1]
-    #[arg(long, value_name = "X,Y,Z", value_parser = triple, requires = "dims", allow_hyphen_values = true)]
+    /// Distance of its samples, in world units; of TIFF, NIfTI and NRRD volumes, too, in place of what the file says [default: the
+    /// file's, or 1,1,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     pub spacing: Option<Triple>,
 
     /// World position of its first sample [default: 0,0,0]
@@ -174,7 +180,7 @@ pub struct RawArgs {
     pub origin: Option<Triple>,
 
     /// Bytes before its first sample [default: 0]
-    #[arg(long, value_name = "BYTES", requires = "dims")]
+    #[arg(long, value_name = "BYTES", value_parser = count::<u64>, requires = "dims", allow_negative_numbers = true)]
     pub skip_bytes: Option<u64>,
 }
 
@@ -207,7 +213,7 @@ pub struct ExtractArgs {
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 
-    /// Print errors alone
+    /// Print errors alone, and that the mesh is empty, which is none: the exit code is 0
     #[arg(short, long)]
     pub quiet: bool,
 
@@ -253,7 +259,7 @@ pub struct MethodArgs {
     pub error: Option<f32>,
 
     /// The most cells that the octree of --method dmc or octree may have
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count::<u64>, allow_negative_numbers = true)]
     pub most_cells: Option<u64>,
 
     /// Keep the edges and corners of the surface: dual contouring of the uniform grid
@@ -277,11 +283,11 @@ pub struct MethodArgs {
     pub seeds: Vec<Triple>,
 
     /// Track what separates the points of a lattice of every so many grid points
-    #[arg(long, value_name = "N", requires = "track")]
+    #[arg(long, value_name = "N", requires = "track", allow_negative_numbers = true)]
     pub coarse: Option<u32>,
 
     /// Track what the field's intervals leave of the grid, down to boxes of so many cells; with 1, all there is
-    #[arg(long, value_name = "CELLS", requires = "track")]
+    #[arg(long, value_name = "CELLS", requires = "track", allow_negative_numbers = true)]
     pub search: Option<u32>,
 }
 
@@ -326,13 +332,13 @@ pub struct RunArgs {
     #[arg(long, value_enum, default_value = "auto")]
     pub backend: Backend,
 
-    /// The most memory that buffers may take, as in 512M or 4G; an uncompressed volume that takes more is read a part at a time
-    /// if its mesh goes to one .ply or .stl file alone [default: three quarters of what is free]
-    #[arg(long, value_name = "BYTES", value_parser = byte_count)]
+    /// The most memory that buffers may take, as in 512M or 4G; an uncompressed volume that takes more, by itself or with its
+    /// mesh, is read a part at a time if the mesh goes to one .ply or .stl file alone [default: three quarters of what is free]
+    #[arg(long, value_name = "BYTES", value_parser = byte_count, allow_hyphen_values = true)]
     pub memory_budget: Option<u64>,
 
     /// The longest wait for one piece of GPU work, in seconds, at least 1
-    #[arg(long, value_name = "SECONDS", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "SECONDS", default_value_t = 120, value_parser = time_limit, allow_negative_numbers = true)]
     pub time_limit: u64,
 }
 
@@ -349,11 +355,11 @@ pub struct PictureArgs {
     pub elevation: Option<f32>,
 
     /// Vertical opening angle in degrees [default: the scene's, or 35]
-    #[arg(long, value_name = "DEGREES")]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     pub fov: Option<f32>,
 
     /// Width and height in pixels
-    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1024x768")]
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1024x768", allow_hyphen_values = true)]
     pub size: Size,
 
     /// lit; normals as colours; or debug: magenta for triangles seen from behind (on a closed surface seen
@@ -363,7 +369,7 @@ pub struct PictureArgs {
 
     /// Draw edges sharp where triangles meet at more than so many degrees, each side with normals of its own; 180 for
     /// none [default: 40 of --refine, --sharp and --method, else none]
-    #[arg(long, value_name = "DEGREES", value_parser = degrees)]
+    #[arg(long, value_name = "DEGREES", value_parser = degrees, allow_negative_numbers = true)]
     pub crease: Option<f32>,
 
     /// Draw the triangles' edges on top
@@ -380,7 +386,7 @@ pub struct CheckArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Exit 1 on any defect
+    /// Exit 1 on any defect, and where there is no triangle
     #[arg(long)]
     pub strict: bool,
 }
@@ -396,95 +402,6 @@ pub struct CompareArgs {
 
     #[command(flatten)]
     pub raw: RawArgs,
-}
-
-#[derive(Debug, Args)]
-pub struct BenchArgs {
-    /// Cells along each axis, one size after the other
-    #[arg(
-        short = 'n',
-        long = "sizes",
-        value_name = "N,N,…",
-        value_delimiter = ',',
-        default_value = "64,128,256"
-    )]
-    pub sizes: Vec<u32>,
-
-    /// Named fields to extract
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "sphere,torus,gyroid")]
-    pub cases: Vec<String>,
-
-    /// A volume file to extract beside them
-    #[arg(long, value_name = "FILE", requires = "iso")]
-    pub volume: Option<PathBuf>,
-
-    /// The volume's iso value
-    #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
-    pub iso: Option<f32>,
-
-    /// Sample the fields into arrays and extract those, too
-    #[arg(long)]
-    pub arrays: bool,
-
-    /// How cells become triangles, one method after the other
-    #[arg(long, value_enum, value_name = "METHOD,…", value_delimiter = ',', default_value = "mc")]
-    pub methods: Vec<CellsArg>,
-
-    /// Take every brick of the fields, not only those that their intervals leave
-    #[arg(long)]
-    pub dense: bool,
-
-    /// Tell how far each stage of the GPU is from what the adapter can do: bytes and evaluations per second
-    #[arg(long)]
-    pub roofline: bool,
-
-    /// The form of the kernels on the GPU: how workgroups share their work [default: the adapter's best, which `info` tells]
-    #[arg(long, value_enum)]
-    pub form: Option<FormArg>,
-
-    /// Sweep so many iso values over volumes that lie on the GPU
-    #[arg(long, value_name = "VALUES", default_value_t = 0)]
-    pub sweep: u32,
-
-    /// Where to extract; auto is both
-    #[arg(long, value_enum, default_value = "auto")]
-    pub backend: Backend,
-
-    /// The most timed runs a row
-    #[arg(long, value_name = "RUNS", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
-    pub repeats: u32,
-
-    /// Seconds after which a row gets no further run
-    #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
-    pub seconds: f64,
-
-    /// Write one JSON object; - for standard output
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-
-    /// Do not tell what is being measured
-    #[arg(short, long)]
-    pub quiet: bool,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum FormArg {
-    /// Each invocation for itself, with few barriers
-    Serial,
-    /// Through memory of the workgroup
-    Shared,
-    /// By subgroup operations
-    Subgroup,
-}
-
-impl From<FormArg> for Form {
-    fn from(form: FormArg) -> Self {
-        match form {
-            FormArg::Serial => Self::Serial,
-            FormArg::Shared => Self::Shared,
-            FormArg::Subgroup => Self::Subgroup,
-        }
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -21,7 +21,7 @@ pub fn choose(args: &RunArgs, source: &Source<'_>) -> Result<(Option<Gpu>, Optio
         Backend::Cpu => Ok((None, None)),
         Backend::Gpu => open(AdapterChoice::Best)
             .map(|gpu| (Some(gpu), None))
-            .map_err(|error| Failure::run(with_hint(&error.into(), source))),
+            .map_err(|error| failure(error.into(), source)),
         Backend::Auto if gpu_alone(source) => match open(AdapterChoice::Best) {
             Ok(gpu) => Ok((Some(gpu), None)),
             Err(error) => Err(Failure::run(format!("only a GPU evaluates this WGSL function, and {error}"))),
@@ -38,15 +38,15 @@ pub fn choose(args: &RunArgs, source: &Source<'_>) -> Result<(Option<Gpu>, Optio
 }
 
 /// What went wrong on the GPU, and that the CPU can do it where it can.
-pub fn with_hint(error: &ExtractError, source: &Source<'_>) -> String {
+pub fn failure(error: ExtractError, source: &Source<'_>) -> Failure {
     let of_gpu = matches!(
         error,
         ExtractError::Gpu(_) | ExtractError::Binding { .. } | ExtractError::MeshBuffer { .. }
     );
     if of_gpu && !gpu_alone(source) {
-        format!("{error}; or let the CPU do it (--backend cpu)")
+        Failure::run(format!("{error}; or let the CPU do it (--backend cpu)"))
     } else {
-        error.to_string()
+        Failure::extract(error)
     }
 }
 

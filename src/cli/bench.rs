@@ -1,10 +1,103 @@
 //! `isoforge bench`.
 
-use super::args::BenchArgs;
+use super::args::{self, CellsArg};
+use super::values::seconds;
 use super::{Failure, backend, say, tell};
 use crate::bench::{Backend, BenchOptions, VolumeCase, run as measure};
-use crate::gpu::{AdapterChoice, Gpu};
+use crate::gpu::{AdapterChoice, Form, Gpu};
 use crate::volume::{self, OpenOptions};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// Cells along each axis, one size after the other
+    #[arg(
+        short = 'n',
+        long = "sizes",
+        value_name = "N,N,…",
+        value_delimiter = ',',
+        default_value = "64,128,256",
+        allow_hyphen_values = true
+    )]
+    pub sizes: Vec<u32>,
+
+    /// Named fields to extract
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "sphere,torus,gyroid")]
+    pub cases: Vec<String>,
+
+    /// A volume file to extract beside them
+    #[arg(long, value_name = "FILE", requires = "iso")]
+    pub volume: Option<PathBuf>,
+
+    /// The volume's iso value
+    #[arg(short = 'I', long, value_name = "VALUE", allow_negative_numbers = true)]
+    pub iso: Option<f32>,
+
+    /// Sample the fields into arrays and extract those, too
+    #[arg(long)]
+    pub arrays: bool,
+
+    /// How cells become triangles, one method after the other
+    #[arg(long, value_enum, value_name = "METHOD,…", value_delimiter = ',', default_value = "mc")]
+    pub methods: Vec<CellsArg>,
+
+    /// Take every brick of the fields, not only those that their intervals leave
+    #[arg(long)]
+    pub dense: bool,
+
+    /// Tell how far each stage of the GPU is from what the adapter can do: bytes and evaluations per second
+    #[arg(long)]
+    pub roofline: bool,
+
+    /// The form of the kernels on the GPU: how workgroups share their work [default: the adapter's best, which `info` tells]
+    #[arg(long, value_enum)]
+    pub form: Option<FormArg>,
+
+    /// Sweep so many iso values over volumes that lie on the GPU
+    #[arg(long, value_name = "VALUES", default_value_t = 0, allow_negative_numbers = true)]
+    pub sweep: u32,
+
+    /// Where to extract; auto is both
+    #[arg(long, value_enum, default_value = "auto")]
+    pub backend: args::Backend,
+
+    /// The most timed runs a row
+    #[arg(long, value_name = "RUNS", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
+    pub repeats: u32,
+
+    /// Seconds after which a row gets no further run
+    #[arg(long, value_name = "SECONDS", default_value_t = 2.0, value_parser = seconds, allow_negative_numbers = true)]
+    pub seconds: f64,
+
+    /// Write one JSON object; - for standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// Do not tell what is being measured
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum FormArg {
+    /// Each invocation for itself, with few barriers
+    Serial,
+    /// Through memory of the workgroup
+    Shared,
+    /// By subgroup operations
+    Subgroup,
+}
+
+impl From<FormArg> for Form {
+    fn from(form: FormArg) -> Self {
+        match form {
+            FormArg::Serial => Self::Serial,
+            FormArg::Shared => Self::Shared,
+            FormArg::Subgroup => Self::Subgroup,
+        }
+    }
+}
 
 /// Measures every stage and the whole, and prints a table or JSON.
 pub fn run(args: &BenchArgs) -> Result<(), Failure> {
@@ -12,7 +105,8 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     let memory_budget = backend::memory_budget(None);
     let opened = match (&args.volume, args.iso) {
         (Some(path), Some(iso)) => {
-            let opened = volume::open(path, &OpenOptions { raw: None, max_bytes: Some(memory_budget) });
+            let opened =
+                volume::open(path, &OpenOptions { max_bytes: Some(memory_budget), ..OpenOptions::default() });
             let opened = opened.map_err(Failure::run)?;
             if !args.quiet {
                 opened.notes.iter().for_each(tell);
@@ -23,17 +117,17 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     };
     let name = args.volume.as_ref().and_then(|p| p.file_name()).map(|n| n.to_string_lossy().into_owned());
     let backends = match args.backend {
-        super::args::Backend::Auto => vec![Backend::Cpu, Backend::Gpu],
-        super::args::Backend::Gpu => vec![Backend::Gpu],
-        super::args::Backend::Cpu => vec![Backend::Cpu],
+        args::Backend::Auto => vec![Backend::Cpu, Backend::Gpu],
+        args::Backend::Gpu => vec![Backend::Gpu],
+        args::Backend::Cpu => vec![Backend::Cpu],
     };
     let gpu = match args.backend {
-        super::args::Backend::Cpu => None,
-        super::args::Backend::Gpu => Some(
+        args::Backend::Cpu => None,
+        args::Backend::Gpu => Some(
             Gpu::open(AdapterChoice::Best)
                 .map_err(|e| Failure::run(format!("{e}; or measure the CPU alone (--backend cpu)")))?,
         ),
-        super::args::Backend::Auto => Gpu::open(AdapterChoice::Best).ok(),
+        args::Backend::Auto => Gpu::open(AdapterChoice::Best).ok(),
     };
     let gpu = match (gpu, args.form) {
         (Some(gpu), Some(form)) => Some(gpu.with_form(form.into()).ok_or_else(|| {
@@ -71,7 +165,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     }
     // Standard output is one JSON object and nothing else where that was asked for.
     if args.json.as_deref() != Some(std::path::Path::new("-")) {
-        say(report.to_string().trim_end());
+        say(report.to_string().trim_end())?;
     }
     if report.rows.is_empty() {
         return Err(Failure::run("nothing was measured: the report's skipped rows say why"));

@@ -10,11 +10,18 @@ use std::path::Path;
 pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     let report = read_mesh(&args.file, &|text| tell(text))?.check();
     if args.json {
-        say(serde_json::to_string(&report).map_err(Failure::run)?);
+        say(serde_json::to_string(&report).map_err(Failure::run)?)?;
     } else {
-        say(report.to_string().trim_end());
+        say(report.to_string().trim_end())?;
     }
-    if args.strict && report.has_defects() { Err(Failure::Negative) } else { Ok(()) }
+    match args.strict {
+        true if report.triangles == 0 => Err(Failure::run(format!(
+            "{}: there is no triangle, and --strict wants a surface",
+            args.file.display()
+        ))),
+        true if report.has_defects() => Err(Failure::Negative),
+        _ => Ok(()),
+    }
 }
 
 /// Reads a mesh for any command, and remarks on what of the file it is without.

@@ -6,7 +6,7 @@ use super::source::{self, Loaded};
 use super::values::{parameter, range};
 use crate::colour::{ColourError, Coloured, Colouring, Map, Samples, sample, usual_range};
 use crate::mesh::{Mesh, write};
-use crate::{scene, volume};
+use crate::scene;
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -55,7 +55,7 @@ pub fn check(args: &ExtractArgs, remark: &dyn Fn(&str)) -> Result<(), Failure> {
 
 /// The raw layout of the main source: it is that of the second one where only that is a raw file.
 pub fn raw_of_main(args: &ExtractArgs) -> Option<&RawArgs> {
-    let is_raw = |source: &str| volume::is_raw_ending(Path::new(source));
+    let is_raw = source::is_raw;
     let is_taken = args.colour.color_by.as_deref().is_some_and(is_raw) && !is_raw(&args.source.source);
     (!is_taken).then_some(&args.raw)
 }
@@ -80,14 +80,14 @@ impl Painter {
         // The value that is sampled is no surface: any iso will do.
         let source = SourceArgs { source: name.clone(), iso: Some(0.5), parameters, ..SourceArgs::default() };
         let none = RawArgs::default();
-        let raw = if volume::is_raw_ending(Path::new(&name)) { &args.raw } else { &none };
+        let raw = if source::is_raw(&name) { &args.raw } else { &none };
         let opened = source::load(&source, raw, memory_budget).map_err(|failure| {
             // What is loaded does not know by which flag.
             let of = |message: String| format!("--color-by: {}", message.replace("--param", "--color-param"));
             match failure {
                 Failure::Usage(message) => Failure::Usage(of(message)),
                 Failure::Run(message) => Failure::Run(of(message)),
-                Failure::Negative => Failure::Negative,
+                failure => failure,
             }
         })?;
         // A scene's are about where its own surface lies.

@@ -1,6 +1,7 @@
 //! `isoforge compare`.
 
 use super::args::CompareArgs;
+use super::extract::uncrossed;
 use super::source::{self, Opened};
 use super::{Failure, backend, say, tell};
 use crate::compare::compare;
@@ -16,9 +17,17 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let remark = source::precision_remark(loaded.source().grid());
     notes.iter().chain(&remark).for_each(tell);
     let gpu = Gpu::open(AdapterChoice::Best).map_err(Failure::run)?;
-    say(format_args!("{} against the CPU: {}, iso {}", gpu.info.name, args.source.source, options.iso));
+    say(format_args!("{} against the CPU: {}, iso {}", gpu.info.name, args.source.source, options.iso))?;
     let extractor = Extractor::new(gpu).map_err(Failure::run)?;
     let comparison = compare(&extractor, &loaded.source(), &options).map_err(Failure::run)?;
-    say(comparison.to_string().trim_end());
-    if comparison.agrees() { Ok(()) } else { Err(Failure::Negative) }
+    say(comparison.to_string().trim_end())?;
+    if !comparison.agrees() {
+        return Err(Failure::Negative);
+    }
+    if comparison.is_empty() {
+        let range = extractor.value_range(&loaded.source()).ok().flatten();
+        let why = uncrossed(options.iso, range, "about ");
+        return Err(Failure::run(format!("there is no surface, and so no mesh was compared: {why}")));
+    }
+    Ok(())
 }

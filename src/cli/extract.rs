@@ -16,6 +16,7 @@ use crate::mesh::write::{self, Extra};
 use crate::track::TrackError;
 use serde_json::Value;
 use std::borrow::Cow;
+use std::path::Path;
 use std::time::Instant;
 
 /// Letters of a source that the last line shows: formulas may be long.
@@ -43,7 +44,8 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
 
     colour::check(args, &remark)?;
     progress.phase("reading");
-    if planes::run(args, memory_budget, &progress, &remark)? {
+    let in_parts = planes::Job { args, memory_budget, start, progress: &progress, remark: &remark };
+    if in_parts.run()? {
         return Ok(());
     }
     let none = RawArgs::default();
@@ -90,7 +92,15 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         picture::check_memory(args, true, memory_budget)?;
     }
     let job = Job { args, loaded: &loaded, source, options: &options, progress: &progress, remark: &remark };
-    let Done { made, mut report, told } = job.extract(gpu)?;
+    let Done { made, mut report, told } = match job.extract(gpu) {
+        // The volume fits, its mesh does not.
+        Err(Failure::Budget(over)) if is_volume => {
+            drop(capped);
+            drop(loaded);
+            return in_parts.run_for_mesh(&over);
+        }
+        result => result?,
+    };
     let refining = Instant::now();
     let (made, refined) = match &settings {
         Some(settings) => {
@@ -106,7 +116,7 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         remark(&format!("{} samples are NaN or infinite and count as outside", report.non_finite));
     }
     if report.triangles == 0 {
-        remark(&empty_message(args, &loaded, &options, &made));
+        tell(empty_message(args, &loaded, &options, &made));
     }
 
     let coloured = match &mut painter {
@@ -220,7 +230,12 @@ fn check_targets(args: &ExtractArgs) -> Result<(), Failure> {
         }
         picture::check(&args.picture, path)?;
     }
-    super::check_distinct(&[&args.output, &args.png, &args.stats])?;
+    let inputs: Vec<&Path> = [Some(&args.source.source), args.colour.color_by.as_ref()]
+        .into_iter()
+        .flatten()
+        .map(Path::new)
+        .collect();
+    super::check_distinct(&inputs, &[("-o", &args.output), ("--png", &args.png), ("--stats", &args.stats)])?;
     args.stats.as_deref().map_or(Ok(()), super::check_text_target)
 }
 
@@ -263,7 +278,7 @@ impl Job<'_> {
                     (self.remark)(&format!("on the GPU {error}; the CPU does it"));
                 }
                 Err(TrackError::Extract(error)) => {
-                    return Err(Failure::run(backend::with_hint(&error, &self.loaded.source())));
+                    return Err(backend::failure(error, &self.loaded.source()));
                 }
                 Err(error) => return Err(method::track_failure(error)),
             }
@@ -276,7 +291,7 @@ impl Job<'_> {
             MethodArg::Mc | MethodArg::Mc33 | MethodArg::Mt => {
                 let (mesh, report) =
                     extract_on_cpu(&self.source, self.options, &|part| self.progress.set(part))
-                        .map_err(Failure::run)?;
+                        .map_err(Failure::extract)?;
                 Ok(Done { made: Made::Cpu(mesh), report, told: Value::Null })
             }
         }
@@ -326,10 +341,15 @@ fn empty_message(args: &ExtractArgs, loaded: &Loaded, options: &Options, made: &
         (Made::Gpu(made), source) => made.0.value_range(source).ok().flatten(),
         (Made::Cpu(_), source) => source.value_range(),
     };
+    format!("the mesh is empty: {}", uncrossed(options.iso, range, about))
+}
+
+/// That no surface lies among samples, which have this range.
+pub fn uncrossed(iso: f32, range: Option<(f32, f32)>, about: &str) -> String {
     let range = range.map_or("the field has no finite value there".into(), |(low, high)| {
         format!("the field runs from {about}{low} to {about}{high} there")
     });
-    format!("the mesh is empty: no sample crosses iso {}; {range}", options.iso)
+    format!("no sample crosses iso {iso}; {range}")
 }
 
 /// What became of the mesh; nothing is known of one that was not read back.
@@ -404,7 +424,11 @@ pub fn summary(
     if let Some(open @ 1..) = finished.open_edges {
         text += &format!(", {open} open edges where the domain ends");
     }
-    text + &format!(" on {place} in {total:.2} s")
+    text += &format!(" on {place} in {total:.2} s");
+    if args.output.is_none() && args.png.is_none() && args.stats.is_none() {
+        text += "; nothing is written, as no file is named (-o, --png, --stats)";
+    }
+    text
 }
 
 #[cfg(test)]

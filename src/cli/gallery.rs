@@ -17,15 +17,15 @@ pub struct GalleryArgs {
     pub output: PathBuf,
 
     /// Width and height of each field's picture in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 192, value_parser = clap::value_parser!(u32).range(32..=2048))]
+    #[arg(long, value_name = "PIXELS", default_value_t = 192, value_parser = clap::value_parser!(u32).range(32..=2048), allow_negative_numbers = true)]
     pub cell: u32,
 
     /// Pictures in a row
-    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=64))]
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=64), allow_negative_numbers = true)]
     pub columns: u32,
 
     /// Cells along each axis of each field's grid
-    #[arg(short = 'n', long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(short = 'n', long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1024), allow_negative_numbers = true)]
     pub cells: u32,
 }
 
@@ -56,7 +56,7 @@ pub fn run(args: &GalleryArgs) -> Result<(), Failure> {
         render::label(&mut sheet, definition.name, at, INK);
     }
     render::save_png(sheet, &args.output).map_err(Failure::run)?;
-    say(format_args!("{}: {} fields, {width}x{height} pixels", args.output.display(), fields.len()));
+    say(format_args!("{}: {} fields, {width}x{height} pixels", args.output.display(), fields.len()))?;
     Ok(())
 }
 

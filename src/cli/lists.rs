@@ -1,25 +1,24 @@
 //! `isoforge info` and `isoforge fields`.
 
 use super::{Failure, backend, say};
-use crate::field::named;
+use crate::field::{Sense, named};
 use crate::gpu::{Gpu, adapters};
 
 /// Lists the adapters and what will be used.
 pub fn info() -> Result<(), Failure> {
     let adapters = adapters();
-    say(format_args!("isoforge {}", env!("CARGO_PKG_VERSION")));
-    say(format_args!("CPU: {} threads", rayon::current_num_threads()));
-    say(format_args!("memory budget unless given: {} MiB", backend::memory_budget(None) >> 20));
+    say(format_args!("isoforge {}", env!("CARGO_PKG_VERSION")))?;
+    say(format_args!("CPU: {} threads", rayon::current_num_threads()))?;
+    say(format_args!("memory budget unless given: {} MiB", backend::memory_budget(None) >> 20))?;
     if adapters.is_empty() {
-        say("no adapter: the CPU does the work, and the software rasteriser draws");
-        return Ok(());
+        return say("no adapter: the CPU does the work, and the software rasteriser draws");
     }
     for adapter in &adapters {
         let (info, limits) = (adapter.get_info(), adapter.limits());
         say(format_args!(
             "\nadapter: {} ({:?}, {:?}) {} {}",
             info.name, info.device_type, info.backend, info.driver, info.driver_info
-        ));
+        ))?;
         let timestamps = adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         let rows = [
             ("largest storage binding", format!("{} MiB", limits.max_storage_buffer_binding_size >> 20)),
@@ -33,11 +32,11 @@ pub fn info() -> Result<(), Failure> {
             ("subgroups", subgroups(adapter)),
             ("stage timestamps", if timestamps { "yes" } else { "no" }.into()),
         ];
-        rows.iter().for_each(|(name, value)| say(format_args!("  {name:<26}{value}")));
+        rows.iter().try_for_each(|(name, value)| say(format_args!("  {name:<26}{value}")))?;
     }
     let best = adapters[0].get_info();
     if let Ok(gpu) = Gpu::open_adapter(&adapters[0]) {
-        say(format_args!("\nkernels on {}: bricks {}, scans {}", best.name, gpu.form(), gpu.scan_form()));
+        say(format_args!("\nkernels on {}: bricks {}, scans {}", best.name, gpu.form(), gpu.scan_form()))?;
     }
     say(if best.device_type == wgpu::DeviceType::Cpu {
         format!(
@@ -46,7 +45,7 @@ pub fn info() -> Result<(), Failure> {
         )
     } else {
         format!("\n--backend auto and gpu: {}", best.name)
-    });
+    })?;
     Ok(())
 }
 
@@ -62,22 +61,25 @@ fn subgroups(adapter: &wgpu::Adapter) -> String {
 
 /// Prints the kinds of nodes.
 pub fn nodes() -> Result<(), Failure> {
-    say(crate::scene::KINDS.trim_end());
-    Ok(())
+    say(crate::scene::KINDS.trim_end())
 }
 
 /// Lists the named fields.
 pub fn fields() -> Result<(), Failure> {
     for field in named::ALL {
-        say(format_args!("{}\n    {}", field.name, field.formula));
-        say(format_args!("    shown by -L {} -I {}", field.half_edge, field.iso));
+        say(format_args!("{}\n    {}", field.name, field.formula))?;
+        let side = match field.sense {
+            Sense::Below => "below",
+            Sense::Above => "above",
+        };
+        say(format_args!("    shown by -L {} -I {}, inside is {side}", field.half_edge, field.iso))?;
         for p in field.parameters {
             let least = if p.least.is_finite() { format!(" (at least {})", p.least) } else { String::new() };
-            say(format_args!("    --param {}={}  {}{least}", p.name, p.default, p.meaning));
+            say(format_args!("    --param {}={}  {}{least}", p.name, p.default, p.meaning))?;
         }
     }
     say(
         "\nBeside these: a formula in x, y, z, a .wgsl file with `fn density(p: vec3<f32>) -> f32`, a scene (.toml, see `isoforge nodes`), volumes, and points.",
-    );
+    )?;
     Ok(())
 }

@@ -3,7 +3,7 @@
 use super::args::PictureArgs;
 use super::check::read_mesh;
 use super::progress::Progress;
-use super::values::{least, length};
+use super::values::{count, least, length};
 use super::{Failure, picture, tell};
 use crate::mesh::check::Report;
 use crate::mesh::write::{self, Extra, write_with};
@@ -31,15 +31,15 @@ pub struct MeshToolsArgs {
 
     /// 3. Remove components with fewer triangles than this, or with less than a part of the largest's
     ///    area or volume; the largest stays
-    #[arg(long, value_name = "N|area=PART|volume=PART", value_parser = least)]
+    #[arg(long, value_name = "N|area=PART|volume=PART", value_parser = least, allow_negative_numbers = true)]
     pub remove_below: Option<Least>,
 
     /// 4. Smooth so often, keeping the volume and open borders (Taubin)
-    #[arg(long, value_name = "ITERATIONS", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "ITERATIONS", value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
     pub smooth: Option<u32>,
 
     /// 5. Collapse edges down to so many triangles; the topology stays
-    #[arg(long, value_name = "TRIANGLES")]
+    #[arg(long, value_name = "TRIANGLES", value_parser = count::<usize>, allow_negative_numbers = true)]
     pub simplify: Option<usize>,
 
     /// Collapse edges while the surface moves by no more than this, in world units; with --simplify, whichever ends
@@ -55,7 +55,7 @@ pub struct MeshToolsArgs {
     #[arg(long, requires = "output")]
     pub strips: bool,
 
-    /// Write the mesh; the ending chooses the format: .off .obj .ply .stl .glb .rib
+    /// Write the mesh, to another file; the ending chooses the format: .off .obj .ply .stl .glb .rib
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
@@ -137,7 +137,8 @@ fn check(args: &MeshToolsArgs) -> Result<(), Failure> {
     if let Some(path) = &args.png {
         picture::check(&args.picture, path)?;
     }
-    super::check_distinct(&[&args.output, &args.png, &args.stats])?;
+    let outputs = [("-o", &args.output), ("--png", &args.png), ("--stats", &args.stats)];
+    super::check_distinct(&[&args.file], &outputs)?;
     args.stats.as_deref().map_or(Ok(()), super::check_text_target)
 }
 

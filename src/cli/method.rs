@@ -227,6 +227,7 @@ pub fn track_failure(error: TrackError) -> Failure {
         | TrackError::SeedNotFinite { .. }
         | TrackError::CoarseStep
         | TrackError::SearchSize => Failure::usage(error),
+        TrackError::Extract(error) => Failure::extract(error),
         _ => Failure::run(error),
     }
 }

@@ -1,6 +1,6 @@
 //! The command line: arguments, and what each command does with the library.
 //!
-//! Exit codes: 0 done, 1 the run failed, 2 the command line is wrong.
+//! The exit codes are told by `isoforge --help`.
 
 mod accuracy;
 mod args;
@@ -23,9 +23,10 @@ mod stats;
 mod values;
 mod watchdog;
 
+use crate::extract::ExtractError;
 use args::{Cli, Command};
 use clap::Parser;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// Why a command ended without doing its work.
@@ -35,6 +36,8 @@ enum Failure {
     Usage(String),
     /// The run failed.
     Run(String),
+    /// The run needs more than the memory budget.
+    Budget(OverBudget),
     /// The run did its work, and what it found is the answer 1: a defect, a disagreement.
     Negative,
 }
@@ -47,6 +50,25 @@ impl Failure {
     fn run(message: impl ToString) -> Self {
         Self::Run(message.to_string())
     }
+
+    /// Of an extraction: what helps against a budget that is too small depends on its source.
+    fn extract(error: ExtractError) -> Self {
+        match error {
+            ExtractError::Budget { what, needed, budget } => {
+                Self::Budget(OverBudget { what, needed, budget })
+            }
+            error => Self::run(error),
+        }
+    }
+}
+
+/// More bytes than the memory budget.
+#[derive(Debug, thiserror::Error)]
+#[error("{what} needs {needed} bytes, over the memory budget of {budget} bytes")]
+struct OverBudget {
+    what: &'static str,
+    needed: u64,
+    budget: u64,
 }
 
 /// Runs the program with the process's arguments; returns its exit code.
@@ -54,9 +76,13 @@ pub fn run() -> i32 {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and version come this way too, with code 0. A closed pipe is no error of ours.
-            let _ = error.print();
-            return error.exit_code();
+            // Help and version come this way too, with code 0.
+            return match error.print() {
+                Err(unprinted) if !error.use_stderr() && unprinted.kind() != ErrorKind::BrokenPipe => {
+                    end(Err(unsaid(&unprinted)))
+                }
+                _ => error.exit_code(),
+            };
         }
     };
     let result = match &cli.command {
@@ -71,10 +97,18 @@ pub fn run() -> i32 {
         Command::Accuracy(args) => accuracy::run(args),
         Command::Bench(args) => bench::run(args),
     };
+    end(result)
+}
+
+/// Says why a command failed, if it did; returns the exit code.
+fn end(result: Result<(), Failure>) -> i32 {
     match result {
         Ok(()) => 0,
         Err(Failure::Negative) => 1,
         Err(Failure::Run(message)) => complain(&message, 1),
+        Err(Failure::Budget(over)) => {
+            complain(&format!("{over}: raise the budget (--memory-budget) or coarsen the grid"), 1)
+        }
         Err(Failure::Usage(message)) => complain(&message, 2),
     }
 }
@@ -90,15 +124,22 @@ fn tell(text: impl std::fmt::Display) {
 }
 
 /// Prints to standard output; a reader that has gone away (`| head`) is not an error.
-fn say(text: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stdout(), "{text}");
+fn say(text: impl std::fmt::Display) -> Result<(), Failure> {
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(unsaid(&error)),
+        _ => Ok(()),
+    }
+}
+
+/// Why standard output was not written.
+fn unsaid(error: &std::io::Error) -> Failure {
+    Failure::run(format!("standard output cannot be written: {error}; make room, or send it elsewhere"))
 }
 
 /// Writes a line to `path`, whole or not at all, or to standard output for `-`.
 fn write_text(text: &str, path: &Path) -> Result<(), Failure> {
     if path == Path::new("-") {
-        say(text);
-        return Ok(());
+        return say(text);
     }
     crate::atomic::write(path, |file| writeln!(file, "{text}")).map_err(Failure::run)
 }
@@ -108,14 +149,24 @@ fn check_text_target(path: &Path) -> Result<(), Failure> {
     if path == Path::new("-") { Ok(()) } else { crate::atomic::check(path).map_err(Failure::run) }
 }
 
-/// Refuses one name for two outputs; - is none.
-fn check_distinct(outputs: &[&Option<PathBuf>]) -> Result<(), Failure> {
-    let names: Vec<&Path> = outputs
-        .iter()
-        .filter_map(|output| output.as_deref().filter(|path| *path != Path::new("-")))
-        .collect();
-    if (1..names.len()).any(|i| names[..i].contains(&names[i])) {
-        return Err(Failure::usage("two outputs have the same file name: name another"));
+/// Refuses one name for two outputs, and outputs that would replace what is read; - is none.
+fn check_distinct(inputs: &[&Path], outputs: &[(&str, &Option<PathBuf>)]) -> Result<(), Failure> {
+    let named = outputs.iter().filter_map(|(flag, path)| Some((*flag, path.as_deref()?)));
+    let named: Vec<(&str, &Path)> = named.filter(|(_, path)| *path != Path::new("-")).collect();
+    let place = |path: &Path| path.canonicalize().ok();
+    for (i, (flag, path)) in named.iter().enumerate() {
+        if let Some((other, _)) = named[..i].iter().find(|(_, before)| before == path) {
+            return Err(Failure::usage(format!(
+                "{other} and {flag} name the same file, {}: name another for one of them",
+                path.display()
+            )));
+        }
+        if inputs.iter().any(|input| place(input).is_some_and(|input| place(path) == Some(input))) {
+            return Err(Failure::usage(format!(
+                "{flag} {}: this is the file that is read: name another",
+                path.display()
+            )));
+        }
     }
     Ok(())
 }

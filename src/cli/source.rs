@@ -126,11 +126,35 @@ pub struct Opened {
 /// Loads what `args` name.
 pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<Opened, Failure> {
     let path = Path::new(&args.source);
+    if raw.spacing.is_some() && raw.dims.is_none() && !volume::is_volume_ending(path) {
+        return Err(Failure::usage(format!(
+            "--spacing is for volumes; {} is none: leave it out",
+            args.source
+        )));
+    }
     if scene::is_scene_ending(path) && raw.dims.is_none() && args.blobs.given().is_none() {
         return load_scene(args, path, memory_budget);
     }
     let (loaded, notes) = load_plain(args, raw, path, memory_budget)?;
     Ok(Opened { loaded, notes, camera: Camera::default(), refine: Refine::default() })
+}
+
+/// Whether a file is raw values, which --dims and --type describe: one whose ending is no other format's.
+pub fn is_raw(source: &str) -> bool {
+    let path = Path::new(source);
+    volume::is_raw_ending(path) || !has_own_format(path) && path.is_file()
+}
+
+/// Whether the ending names a format that says itself how it is laid out.
+fn has_own_format(path: &Path) -> bool {
+    volume::is_volume_ending(path) && !volume::is_raw_ending(path)
+        || components::is_component_ending(path)
+        || scene::is_scene_ending(path)
+        || is_wgsl_ending(path)
+}
+
+fn is_wgsl_ending(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("wgsl"))
 }
 
 /// Everything but scenes; the second value is remarks for the user.
@@ -140,9 +164,14 @@ fn load_plain(
     path: &Path,
     memory_budget: u64,
 ) -> Result<(Loaded, Vec<String>), Failure> {
-    if raw.dims.is_some() && !volume::is_raw_ending(path) {
+    if raw.dims.is_some() && !is_raw(&args.source) {
+        let why = if has_own_format(path) {
+            "says itself how it is laid out"
+        } else {
+            "is no file: check the name"
+        };
         return Err(Failure::usage(format!(
-            "--dims, --type and what goes with them describe .raw and .bin files; {} says itself how it is laid out",
+            "--dims, --type and what goes with them describe files of raw values; {} {why}",
             args.source
         )));
     }
@@ -152,11 +181,10 @@ fn load_plain(
     if let Some(flag) = args.blobs.given() {
         return Err(Failure::usage(format!("{flag} is for points: {}", components::ENDINGS.join(" "))));
     }
-    let ending = path.extension().map(|e| e.to_ascii_lowercase());
-    if ending.as_deref().is_some_and(|e| e == "wgsl") {
+    if is_wgsl_ending(path) {
         return load_wgsl(args, path);
     }
-    if volume::is_volume_ending(path) {
+    if volume::is_volume_ending(path) || raw.dims.is_some() {
         return load_volume(args, raw, path, memory_budget);
     }
     let formula = formula::parse(&args.source, &args.parameters);
@@ -164,10 +192,13 @@ fn load_plain(
     if !is_name && !path.exists() && formula.as_ref().map_or_else(|e| is_meant(e, &args.source), |_| true) {
         return load_formula(args, &formula.map_err(Failure::usage)?);
     }
-    if ending.is_some() || args.source.contains(['/', '\\']) || path.exists() {
+    if path.is_dir() {
+        return Err(Failure::usage(format!("{}: this is a folder: name a file in it", args.source)));
+    }
+    if path.extension().is_some() || args.source.contains(['/', '\\']) || path.exists() {
         return Err(Failure::usage(format!(
             "{}: this ending is none that is read; a source is a field's name (see `isoforge fields`), a formula, \
-             a .wgsl file, a scene (.toml), a volume ({}), or points ({})",
+             a .wgsl file, a scene (.toml), a volume ({}; any other file as raw values, with --dims and --type), or points ({})",
             args.source,
             volume::ENDINGS.join(" "),
             components::ENDINGS.join(" ")
@@ -330,6 +361,11 @@ fn load_volume(
     let options = open_options(args, raw, memory_budget)?;
     let opened = volume::open(path, &options).map_err(|error| match error {
         volume::OpenError::NoLayout { .. } => Failure::usage(format!("{error}: --dims X,Y,Z --type TYPE")),
+        volume::OpenError::Budget { .. } if volume::Planes::open(path, &options).is_err() => {
+            Failure::run(format!(
+                "{error}; or save it uncompressed: such a volume `isoforge extract` reads a part at a time"
+            ))
+        }
         _ => Failure::run(error),
     })?;
     let loaded = Loaded::Volume { volume: Arc::new(opened.volume), interpolant: OnceLock::new() };
@@ -355,6 +391,7 @@ pub fn open_options(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Res
             "{flag} is for fields; a volume's normals are central differences of its samples: leave it out"
         )));
     }
+    let spacing = raw.spacing.map(|triple| triple.0);
     let raw = match (raw.dims, raw.scalar) {
         (Some(dims), Some(scalar)) => {
             if dims.contains(&0) {
@@ -363,7 +400,6 @@ pub fn open_options(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Res
             let plain = RawLayout::new(dims, scalar);
             Some(RawLayout {
                 endian: raw.endian.unwrap_or(plain.endian),
-                spacing: raw.spacing.map_or(plain.spacing, |t| t.0),
                 origin: raw.origin.map_or(plain.origin, |t| t.0),
                 skip_bytes: raw.skip_bytes.unwrap_or(plain.skip_bytes),
                 ..plain
@@ -371,5 +407,5 @@ pub fn open_options(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Res
         }
         _ => None,
     };
-    Ok(OpenOptions { raw, max_bytes: Some(memory_budget) })
+    Ok(OpenOptions { raw, spacing, max_bytes: Some(memory_budget) })
 }

@@ -96,6 +96,22 @@ pub fn length(text: &str) -> Result<f32, String> {
     length.ok_or_else(|| "give a finite length of zero or more, in world units".into())
 }
 
+/// A whole number.
+pub fn count<T: FromStr>(text: &str) -> Result<T, String> {
+    text.trim().parse().map_err(|_| "give a whole number of 0 or more".into())
+}
+
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.trim().parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds >= 0.0);
+    seconds.ok_or_else(|| "give a finite number of seconds, 0 or more".into())
+}
+
+/// Whole seconds.
+pub fn time_limit(text: &str) -> Result<u64, String> {
+    let seconds = text.trim().parse().ok().filter(|seconds| *seconds >= 1);
+    seconds.ok_or_else(|| "give a whole number of seconds, at least 1".into())
+}
+
 pub fn degrees(text: &str) -> Result<f32, String> {
     let angle = text.trim().parse().ok().filter(|angle| (0.0..=180.0).contains(angle));
     angle.ok_or_else(|| "give an angle from 0 to 180".into())

@@ -77,7 +77,7 @@ fn blob(node: &Node<'_, '_>) -> Found<Made> {
             let line = skeleton::polyline_square(points);
             line.ok_or_else(|| item.fault(Fault::Type { wanted, found: "an empty list" }))?
         }
-        Skeleton::Circle => skeleton::circle_square(table.number("major")?),
+        Skeleton::Circle => skeleton::circle_square(table.size("major")?),
         Skeleton::Superellipsoid => skeleton::superellipsoid_square(table.whole("n", 8, 2..17)?),
     };
     let radius = node.check(crate::graph::shapes::positive("radius", table.number("radius")?))?;
@@ -174,8 +174,12 @@ fn volume(node: &Node<'_, '_>) -> Found<Made> {
     };
     let lookup = Lookup { value: value.unwrap_or_default(), gradient: gradient.unwrap_or_default(), border };
     let (file, path) = table.file("file", "the volume's file")?;
-    let raw = if volume::is_raw_ending(&path) { Some(raw_layout(node)?) } else { None };
-    let options = volume::OpenOptions { raw, max_bytes: node.files.left() };
+    let is_raw = match volume::is_volume_ending(&path) {
+        true => volume::is_raw_ending(&path),
+        false => table.get("dims").is_some(),
+    };
+    let raw = if is_raw { Some(raw_layout(node)?) } else { None };
+    let options = volume::OpenOptions { raw, max_bytes: node.files.left(), ..Default::default() };
     let opened = volume::open(&path, &options).map_err(|error| file.fault(error))?;
     node.files.took(opened.volume.bytes(), opened.notes);
     let leaf = node.check(VolumeLeaf::new(Arc::new(opened.volume), lookup))?;

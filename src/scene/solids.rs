@@ -11,11 +11,11 @@ use crate::graph::{Expr, x, y, z};
 type Found<T> = Result<T, SceneError>;
 
 pub const KINDS: &[(&str, Build)] = &[
-    ("sphere", |node| Ok(Made::solid(sphere(node.table.number("radius")?)))),
+    ("sphere", |node| Ok(Made::solid(sphere(node.table.size("radius")?)))),
     ("ellipsoid", |node| solid(node, ellipsoid(node.table.vector("radii")?))),
     ("box", |node| {
-        let (low, high) = (node.table.vector("low")?, node.table.vector("high")?);
-        let radius = node.table.get("radius").map(|item| item.number()).transpose()?;
+        let (low, high) = corners(node)?;
+        let radius = node.table.get("radius").map(|item| item.size()).transpose()?;
         Ok(Made::solid(match radius {
             Some(radius) => rounded_box(low, high, radius),
             None => box_(low, high),
@@ -25,8 +25,8 @@ pub const KINDS: &[(&str, Build)] = &[
         solid(node, half_space(node.table.vector("normal")?, node.table.number_or("offset", 0.0)?))
     }),
     ("cylinder", |node| {
-        let radius = node.table.number("radius")?;
-        let height = node.table.get("height").map(|item| item.number()).transpose()?;
+        let radius = node.table.size("radius")?;
+        let height = node.table.get("height").map(|item| item.size()).transpose()?;
         Ok(Made::solid(match height {
             Some(height) => cylinder(radius, height),
             None => infinite_cylinder(radius),
@@ -34,15 +34,14 @@ pub const KINDS: &[(&str, Build)] = &[
     }),
     ("capsule", |node| {
         let (a, b) = (node.table.vector("a")?, node.table.vector("b")?);
-        Ok(Made::solid(capsule(a, b, node.table.number("radius")?)))
+        Ok(Made::solid(capsule(a, b, node.table.size("radius")?)))
     }),
     ("cone", |node| {
-        let (radius, top) = (node.table.number("radius")?, node.table.number_or("top", 0.0)?);
+        let radius = node.table.size("radius")?;
+        let top = node.table.get("top").map_or(Ok(0.0.into()), |item| item.size())?;
         solid(node, frustum(radius, top, node.table.number("height")?))
     }),
-    ("torus", |node| {
-        Ok(Made::solid(torus_distance(node.table.number("major")?, node.table.number("minor")?)))
-    }),
+    ("torus", |node| Ok(Made::solid(torus_distance(node.table.size("major")?, node.table.size("minor")?)))),
     ("superellipsoid", |node| {
         let (radii, e1, e2) = super_keys(node)?;
         solid(node, superellipsoid(radii, e1, e2))
@@ -53,10 +52,10 @@ pub const KINDS: &[(&str, Build)] = &[
     }),
     ("supertorus", |node| {
         let (radii, e1, e2) = super_keys(node)?;
-        let hole = node.table.number("hole")?;
+        let hole = node.table.size("hole")?;
         solid(node, supertorus(radii, hole, e1, e2))
     }),
-    ("extrude", |node| Ok(Made::solid(extrude(&node.solid("of")?, node.table.number("height")?)))),
+    ("extrude", |node| Ok(Made::solid(extrude(&node.solid("of")?, node.table.size("height")?)))),
     ("revolve", |node| Ok(Made::solid(revolve(&node.solid("of")?)))),
     ("field", field),
     ("formula", |node| {
@@ -84,7 +83,7 @@ pub const KINDS: &[(&str, Build)] = &[
         joined(node, of, sharp, Expr::smooth_difference, Expr::exponential_difference, Expr::r_difference)
     }),
     ("negation", |node| Ok(Made::solid(node.solid("of")?.negation()))),
-    ("shell", |node| Ok(Made::solid(node.solid("of")?.shell(node.table.number("thickness")?)))),
+    ("shell", |node| Ok(Made::solid(node.solid("of")?.shell(node.table.size("thickness")?)))),
     ("offset", |node| Ok(Made::solid(node.solid("of")?.offset(node.table.number("distance")?)))),
     ("displace", |node| {
         let Made { expr, dense } = node.any("of")?;
@@ -104,6 +103,21 @@ pub const KINDS: &[(&str, Build)] = &[
 
 fn solid(node: &Node<'_, '_>, made: Result<Expr, ShapeError>) -> Found<Made> {
     node.check(made).map(Made::solid)
+}
+
+/// The corners of a box, which may be flat.
+fn corners(node: &Node<'_, '_>) -> Found<(Vector, Vector)> {
+    let (low, high) = (node.table.vector("low")?, node.table.vector("high")?);
+    let sides = ["box along x", "box along y", "box along z"];
+    for ((from, to), what) in low.0.iter().zip(&high.0).zip(sides) {
+        match (from.constant(), to.constant()) {
+            (Some(from), Some(to)) if to < from => {
+                return Err(node.table.fault(ShapeError::Empty { what, from, to }));
+            }
+            _ => {}
+        }
+    }
+    Ok((low, high))
 }
 
 /// Radii and exponents of superquadrics.
@@ -138,7 +152,8 @@ fn joined(
     if blend.is_none() && node.table.get(key).is_none() {
         return Ok(Made::solid(sharp(of)));
     }
-    let how = node.table.need(key, wanted)?.number()?;
+    let how = node.table.need(key, wanted)?;
+    let how = if blend == Some(Blend::R) { how.number()? } else { how.size()? };
     let mut of = of.into_iter();
     let first = of.next().unwrap_or_else(|| 1.0.into());
     let all = of.try_fold(first, |a, b| match blend {

@@ -133,6 +133,11 @@ impl<'t> Table<'t> {
         self.get(key).map_or(Ok(default.into()), |item| item.number())
     }
 
+    /// A size, which may vanish.
+    pub fn size(&self, key: &'static str) -> Found<Expr> {
+        self.need(key, NUMBER)?.size()
+    }
+
     pub fn vector(&self, key: &'static str) -> Found<Vector> {
         self.need(key, VECTOR)?.vector()
     }
@@ -232,6 +237,22 @@ impl<'t> Item<'t> {
             DeValue::String(text) => self.formula(text, &[]),
             DeValue::Integer(_) | DeValue::Float(_) => Ok(self.plain()?.into()),
             _ => Err(self.type_fault(NUMBER)),
+        }
+    }
+
+    /// A number that is no constant below 0. What parameters make of one is known when the field is evaluated; then such a
+    /// solid is empty.
+    pub fn size(&self) -> Found<Expr> {
+        let size = self.number()?;
+        match size.constant() {
+            Some(value) if value < 0.0 => {
+                let found = match self.value {
+                    DeValue::String(_) => format!("{} = {value}", self.written()),
+                    _ => self.written().into(),
+                };
+                Err(self.fault(Fault::Range { wanted: "a number of 0 or more".into(), found }))
+            }
+            _ => Ok(size),
         }
     }
 

@@ -1,5 +1,6 @@
 //! Why a volume file was refused.
 
+use super::Scalar;
 use crate::grid::GridError;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -23,8 +24,11 @@ pub enum OpenError {
         /// The path.
         file: PathBuf,
     },
-    /// The file's ending belongs to no known format.
-    #[error("{file}: the ending names no volume format. Known endings: {}", super::ENDINGS.join(", "))]
+    /// The file's ending belongs to no known format, and no layout is given.
+    #[error(
+        "{file}: the ending names no volume format. Known endings: {}; any other file is read as raw values where its \
+         dimensions and scalar type are given", super::ENDINGS.join(", ")
+    )]
     Ending {
         /// The file.
         file: PathBuf,
@@ -69,7 +73,24 @@ pub enum OpenError {
         /// Samples along x, y, z.
         dims: [u64; 3],
     },
-    /// More samples than fit in memory or in [`OpenOptions::max_bytes`](super::OpenOptions::max_bytes).
+    /// More bytes than [`OpenOptions::max_bytes`](super::OpenOptions::max_bytes).
+    #[error(
+        "{file}: {} x {} x {} samples take {needed} bytes as {scalar}, over the memory budget of {budget} bytes. Raise the budget \
+         (--memory-budget), or crop or downsample the volume", dims[0], dims[1], dims[2]
+    )]
+    Budget {
+        /// The file.
+        file: PathBuf,
+        /// Samples along x, y, z.
+        dims: [u64; 3],
+        /// Their type in memory.
+        scalar: Scalar,
+        /// The bytes that they take there.
+        needed: u64,
+        /// The bytes that they may take.
+        budget: u64,
+    },
+    /// More samples than fit in memory, or than can be counted.
     #[error(
         "{file}: {} x {} x {} samples do not fit: {limit}. Crop or downsample the volume, or correct \
          the dimensions if they are not the ones you expect", dims[0], dims[1], dims[2]

@@ -112,8 +112,12 @@ impl Volume {
 /// How to open a file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct OpenOptions {
-    /// The layout of a `.raw` or `.bin` file; other formats say it themselves and ignore this.
+    /// The layout of a `.raw` or `.bin` file, or of one with an ending that is none of [`ENDINGS`]; the formats of the others say
+    /// it themselves and ignore this.
     pub raw: Option<RawLayout>,
+    /// Way from a sample to the next along each of the file's axes, in world units, in place of what the file (or the layout)
+    /// says; directions and the position of the first sample stay.
+    pub spacing: Option<[f32; 3]>,
     /// Refuse a volume whose values take more than this many bytes in memory; `None` for no limit.
     pub max_bytes: Option<u64>,
 }
@@ -140,6 +144,12 @@ pub fn is_raw_ending(path: &Path) -> bool {
     matches!(format_of(path), Some(Format::Raw))
 }
 
+/// The format of a file by its ending; of other files, raw where the layout is given.
+fn format(path: &Path, options: &OpenOptions) -> Result<Format, OpenError> {
+    let raw = options.raw.as_ref().map(|_| Format::Raw);
+    format_of(path).or(raw).ok_or_else(|| OpenError::Ending { file: path.to_owned() })
+}
+
 fn format_of(path: &Path) -> Option<Format> {
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
     let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
@@ -161,7 +171,8 @@ pub fn is_volume_ending(path: &Path) -> bool {
     format_of(path).is_some()
 }
 
-/// Reads a volume; the format is told by the file's ending (one of [`ENDINGS`], in either case).
+/// Reads a volume; the format is told by the file's ending (one of [`ENDINGS`], in either case), or is that of
+/// [`OpenOptions::raw`] for any other ending.
 ///
 /// Values of 8 and 16 bits that the file does not scale keep their type. Others are scaled as the file says, worked out
 /// in `f64`, and rounded to `f32`. Memory is taken for what the file holds, never for what a header merely promises.
@@ -170,12 +181,11 @@ pub fn is_volume_ending(path: &Path) -> bool {
 /// [`OpenError`] for a file that can't be read, is cut short or damaged, contradicts itself, uses
 /// what its reader does not take, or has fewer than 2 samples along an axis.
 pub fn open(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
-    match format_of(path) {
-        Some(Format::Nifti) => nifti::read(path, options),
-        Some(Format::Tiff) => tiff::read(path, options),
-        Some(Format::Nrrd) => nrrd::read(path, options),
-        Some(Format::Raw) => raw::read(path, options),
-        None => Err(OpenError::Ending { file: path.to_owned() }),
+    match format(path, options)? {
+        Format::Nifti => nifti::read(path, options),
+        Format::Tiff => tiff::read(path, options),
+        Format::Nrrd => nrrd::read(path, options),
+        Format::Raw => raw::read(path, options),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::decode::{Coding, Loss, Scalar, append, grow};
 use super::error::OpenError;
 use super::values::{Values, each_type};
-use super::{Format, OpenOptions, format_of, nifti, nrrd, raw, tiff};
+use super::{Format, OpenOptions, format, nifti, nrrd, raw, tiff};
 use crate::grid::Grid;
 use std::fs::File;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
@@ -61,12 +61,11 @@ impl Planes {
     /// values otherwise than plane by plane.
     pub fn open(path: &Path, options: &OpenOptions) -> Result<Self, OpenError> {
         let options = OpenOptions { max_bytes: None, ..options.clone() };
-        let located = match format_of(path) {
-            Some(Format::Nifti) => nifti::locate(path, &options),
-            Some(Format::Tiff) => tiff::locate(path, &options),
-            Some(Format::Nrrd) => nrrd::locate(path, &options),
-            Some(Format::Raw) => raw::locate(path, &options),
-            None => Err(OpenError::Ending { file: path.to_owned() }),
+        let located = match format(path, &options)? {
+            Format::Nifti => nifti::locate(path, &options),
+            Format::Tiff => tiff::locate(path, &options),
+            Format::Nrrd => nrrd::locate(path, &options),
+            Format::Raw => raw::locate(path, &options),
         }?;
         let Located { path, grid, coding, starts, notes } = located;
         let file = File::open(&path).map_err(|e| OpenError::reading(&path, e))?;

@@ -5,7 +5,7 @@ use super::decode::{Coding, fill};
 use super::error::OpenError;
 use crate::grid::{Grid, GridError};
 use flate2::bufread::MultiGzDecoder;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec3};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -121,6 +121,19 @@ pub(super) struct Placement {
     pub remedy: &'static str,
 }
 
+impl Placement {
+    /// The same with other distances between samples. The origin keeps its place in the world.
+    fn spaced(&self, spacing: DVec3) -> Self {
+        let along = |axis: usize| self.step.col(axis).normalize() * spacing[axis];
+        Self {
+            origin: self.origin,
+            step: DMat3::from_cols(along(0), along(1), along(2)),
+            what: "the spacing that was given".to_owned(),
+            remedy: "Give finite numbers that are not zero",
+        }
+    }
+}
+
 /// The grid of `dims` samples and the bytes that they take in the file; every size check that needs no look at the data.
 pub(super) fn layout(
     file: &Path,
@@ -138,17 +151,17 @@ pub(super) fn layout(
     let Some(points) = points.filter(|n| *n <= 1 << 50) else {
         return Err(too_large("that is more than 2^50 samples".to_owned()));
     };
-    let kept = coding.kept();
-    let bytes = points * kept.size() as u64;
-    if let Some(most) = options.max_bytes.filter(|most| bytes > *most) {
-        return Err(too_large(format!(
-            "as {kept} they take {bytes} bytes and the limit is {most}: raise the limit (--memory-budget)"
-        )));
+    let scalar = coding.kept();
+    let needed = points * scalar.size() as u64;
+    if let Some(budget) = options.max_bytes.filter(|most| needed > *most) {
+        return Err(OpenError::Budget { file: file.to_owned(), dims, scalar, needed, budget });
     }
     let mut cells = [0; 3];
     for (cells, n) in cells.iter_mut().zip(dims) {
         *cells = u32::try_from(n - 1).map_err(|_| too_large("an axis is longer than 2^32".to_owned()))?;
     }
+    let spaced = options.spacing.map(|spacing| place.spaced(Vec3::from(spacing).as_dvec3()));
+    let place = spaced.as_ref().unwrap_or(place);
     let refused = |source: GridError| OpenError::Grid {
         file: file.to_owned(),
         what: match source {

@@ -96,10 +96,47 @@ fn numbers() {
     refused(&["extract", "sphere", "--fov", "200", "--png", "a.png"], 2, &["200"]);
 }
 
+/// A negative number is the flag's value, and the message says what it may be.
+#[test]
+fn negative_numbers() {
+    let extract = ["extract", "sphere", "-n", "8", "--png", "a.png"];
+    for (command, flag, words) in [
+        (&extract[..], "--crease", "from 0 to 180"),
+        (&extract, "--memory-budget", "whole number of bytes"),
+        (&extract, "--time-limit", "at least 1"),
+        (&extract, "--fov", "-5"),
+        (&extract, "--size", "1024x768"),
+        (&extract, "--most-cells", "0 or more"),
+        (&["extract", "sphere", "--track"], "--coarse", "not in 0.."),
+        (&["extract", "sphere", "--track"], "--search", "not in 0.."),
+        (&["extract", "a.raw", "--dims", "2,2,2", "--type", "u8"], "--skip-bytes", "0 or more"),
+        (&["extract", "a.raw", "--type", "u8"], "--dims", "three whole numbers"),
+        (&["mesh-tools", "a.ply"], "--smooth", "not in 1..="),
+        (&["mesh-tools", "a.ply"], "--simplify", "0 or more"),
+        (&["mesh-tools", "a.ply"], "--remove-below", "number of triangles"),
+        (&["bench"], "--seconds", "0 or more"),
+        (&["bench"], "--repeats", "not in 1.."),
+        (&["bench"], "--sizes", "not in 0.."),
+        (&["bench"], "--sweep", "not in 0.."),
+        (&["gallery", "-o", "a.png"], "--cell", "not in 32..="),
+    ] {
+        refused(&[command, &[flag, "-5"]].concat(), 2, &["-5", words]);
+    }
+}
+
 #[test]
 fn volumes() {
     let good = std::fs::read(volume()).expect("the volume");
     refused(&["extract", "missing.nii.gz", "-I", "1"], 1, &["missing.nii.gz"]);
+    let layout = ["--dims", "2,2,2", "--type", "u8", "-I", "1"];
+    refused(&[&["extract", "missing.map"], &layout[..]].concat(), 2, &["missing.map is no file"]);
+    refused(&[&["extract", "sphere"], &layout[..]].concat(), 2, &["sphere is no file"]);
+    for name in ["a.nii.gz", "a.pdb", "a.toml", "a.wgsl"] {
+        let args = [&["extract", name], &layout[..]].concat();
+        refused_with(&[(name, b"12345678")], &args, 2, &[name, "says itself"]);
+    }
+    refused_with(&[("a.map", b"12345678")], &["extract", "a.map", "-I", "1"], 2, &["a.map", "--dims"]);
+    refused(&["extract", ".", "-I", "1"], 2, &["this is a folder"]);
     refused_with(
         &[("a.nii.gz", &good[..good.len() / 2])],
         &["extract", "a.nii.gz", "-I", "1"],
@@ -120,6 +157,12 @@ fn volumes() {
         &["a.raw"],
     );
     refused_with(&[("a.raw", &[0; 8])], &["extract", "a.raw", "-I", "1"], 2, &["a.raw", "--dims"]);
+    refused_with(
+        &[("a.nii.gz", &good)],
+        &["extract", "a.nii.gz", "-I", "40", "--memory-budget", "1K", "-o", "a.ply"],
+        1,
+        &["1024 bytes", "--memory-budget", "save it uncompressed"],
+    );
     refused_with(&[("a.nii.gz", &good)], &["extract", "a.nii.gz"], 2, &["-I", "values run from"]);
     refused_with(
         &[("a.nii.gz", &good)],
@@ -127,6 +170,7 @@ fn volumes() {
         2,
         &["-n", "own grid"],
     );
+    refused(&["extract", "sphere", "--spacing", "1,1,2"], 2, &["--spacing is for volumes", "sphere"]);
     for flags in [["--normals", "central"], ["--delta", "0.1"]] {
         let args = ["extract", "a.nii.gz", "-I", "1", flags[0], flags[1]];
         refused_with(&[("a.nii.gz", &good)], &args, 2, &[flags[0], "samples"]);
@@ -185,6 +229,19 @@ fn targets() {
         );
         assert_eq!(files(here.path()), [name]);
     }
+    // What is read is not written over, by whatever path.
+    let points = b"1 2 3\n";
+    let given = [("a.csv", &b"x,y,z\n1,2,3\n"[..]), ("a.ply", points), ("a.off", points)];
+    for args in [
+        &["extract", "a.ply", "-n", "8", "-o", "./a.ply"][..],
+        &["extract", "sphere", "-n", "8", "--color-by", "a.ply", "-o", "a.ply"],
+        &["extract", "a.csv", "-n", "8", "--stats", "a.csv"],
+        &["mesh-tools", "a.off", "-o", "a.off"],
+    ] {
+        refused_with(&given, args, 2, &["this is the file that is read"]);
+    }
+    let twice = ["--png", "a.png", "--stats", "a.png"];
+    refused(&[&["extract", "sphere", "-n", "8"], &twice[..]].concat(), 2, &["--png and --stats", "a.png"]);
     refused(&["bench", "-n", "8", "--json", "no/such/a.json"], 1, &["there is no folder no/such"]);
     refused_with(&[("plain", b"x")], &["extract", "sphere", "-n", "8", "-o", "plain/a.ply"], 1, &["plain"]);
 }

@@ -286,7 +286,7 @@ fn the_volume_that_colours_counts() {
     assert!(refused.err.contains("raise the budget (--memory-budget)"), "{}", refused.err);
     let refused = run(&coloured, bytes - 1);
     assert!(
-        refused.err.contains("--color-by: ") && refused.err.contains("raise the limit (--memory-budget)"),
+        refused.err.contains("--color-by: ") && refused.err.contains("Raise the budget (--memory-budget)"),
         "{}",
         refused.err
     );

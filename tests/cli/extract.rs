@@ -66,6 +66,55 @@ fn a_formula_is_a_field() {
     }
 }
 
+/// The layout is the user's word, whatever the file's name ends in.
+#[test]
+fn raw_values_in_a_file_of_any_ending() {
+    let here = folder();
+    let samples: Vec<u8> = (0..64_u8).map(|i| i * 3).collect();
+    std::fs::write(here.path().join("a.raw"), &samples).expect("a file");
+    std::fs::write(here.path().join("a.map"), [&[9; 16], &samples[..]].concat()).expect("a file");
+    let layout = ["-I", "50", "--dims", "4,4,4", "--type", "u8", "--backend", "cpu"];
+    done(here.path(), &[&["extract", "a.raw", "-o", "raw.ply"], &layout[..]].concat());
+    let map = ["extract", "a.map", "--skip-bytes", "16", "-o", "map.ply"];
+    done(here.path(), &[&map[..], &layout[..]].concat());
+    let bytes = |name| std::fs::read(here.path().join(name)).expect("a file");
+    assert!(bytes("raw.ply") == bytes("map.ply"));
+    // As the second source, too, and in a scene.
+    let by = [
+        "extract",
+        "4*x - 1",
+        "--bounds",
+        "0,0,0,3,3,3",
+        "-n",
+        "4",
+        "--color-by",
+        "a.map",
+        "--skip-bytes",
+        "16",
+    ];
+    done(here.path(), &[&by[..], &["-o", "b.ply"], &layout[2..]].concat());
+    let scene = "[nodes.n]\nkind = 'volume'\nfile = 'a.map'\ndims = [4, 4, 4]\ntype = 'u8'\nskip_bytes = 16\niso = 50\n";
+    std::fs::write(here.path().join("a.toml"), scene).expect("a file");
+    let run = done(here.path(), &["extract", "a.toml", "-n", "4", "-o", "c.ply", "--backend", "cpu"]);
+    assert!(!run.err.contains("empty"), "{}", run.err);
+}
+
+/// Of a volume that says its spacing (1, here), the user's word counts more.
+#[test]
+fn spacing_of_any_volume() {
+    let here = folder();
+    let volume = volume();
+    let extract = ["extract", volume.to_str().expect("UTF-8"), "-I", "40", "--backend", "cpu", "-o", "a.ply"];
+    let depth = |more: &[&str]| {
+        done(here.path(), &[&extract[..], more].concat());
+        let report: Value =
+            serde_json::from_str(&done(here.path(), &["check", "a.ply", "--json"]).out).expect("JSON");
+        let z = |corner: usize| report["bounds"][corner][2].as_f64().expect("a number");
+        z(1) - z(0)
+    };
+    assert!((depth(&["--spacing", "1,1,2.5"]) / depth(&[]) - 2.5).abs() < 1e-4);
+}
+
 #[test]
 fn stats_have_their_keys() {
     let here = folder();
@@ -109,6 +158,9 @@ fn quiet_is_quiet_and_a_note_names_the_backend() {
     let loud = done(here.path(), &["extract", "sphere", "-n", "8", "-o", "a.off"]);
     assert!(loud.err.contains("CPU") || loud.err.contains("GPU"), "{}", loud.err);
     assert_eq!(loud.err.lines().count(), if loud.err.contains("no GPU") { 2 } else { 1 });
+    assert!(!loud.err.contains("nothing is written"), "{}", loud.err);
+    let unwritten = done(here.path(), &["extract", "sphere", "-n", "8", "--backend", "cpu"]);
+    assert!(unwritten.err.contains("nothing is written"), "{}", unwritten.err);
 }
 
 #[test]

@@ -10,6 +10,11 @@ fn fields_and_info_list() {
     for word in ["sphere", "octahedron", "cube", "torus", "gyroid", "--param R=", "period", "boy", "e1"] {
         assert!(fields.contains(word), "{word}");
     }
+    let of = |name: &str| {
+        let (_, after) = fields.split_once(&format!("\n{name}\n")).expect("it is listed");
+        after.lines().nth(1).expect("how it is shown").to_string()
+    };
+    assert!(of("boy").ends_with("inside is above") && of("torus").ends_with("inside is below"), "{fields}");
     let info = done(here.path(), &["info"]).out;
     assert!(info.contains("threads") && (cpu_alone() || info.contains("largest storage binding")), "{info}");
     assert!(done(here.path(), &["--help"]).out.contains("extract"));
@@ -78,6 +83,35 @@ fn strict_check_finds_a_hole() {
     );
 }
 
+/// Where there is no surface, nothing is measured, and nothing is found good.
+#[test]
+fn no_surface() {
+    let here = folder();
+    let empty = ["extract", "sphere", "-I", "100", "-n", "8", "--backend", "cpu", "-q", "-o", "a.ply"];
+    let run = done(here.path(), &empty);
+    assert!(run.err.contains("the mesh is empty: no sample crosses iso 100"), "{}", run.err);
+    std::fs::write(here.path().join("flat.raw"), [7; 27]).expect("a file");
+    let volume = ["flat.raw", "--dims", "3,3,3", "--type", "u8", "-I", "9", "-q", "-o", "b.ply"];
+    let run = done(here.path(), &[&["extract"], &volume[..]].concat());
+    assert!(run.err.contains("the mesh is empty"), "{}", run.err);
+
+    let failed = |args: &[&str], words: &[&str]| {
+        let run = isoforge(here.path(), args);
+        assert_eq!(run.code, Some(1), "{args:?}: {}{}", run.out, run.err);
+        assert!(words.iter().all(|word| run.err.contains(word)), "{args:?}: {}", run.err);
+        assert!(!run.out.contains("NaN"), "{args:?}: {}", run.out);
+    };
+    done(here.path(), &["check", "a.ply"]);
+    failed(&["check", "a.ply", "--strict"], &["a.ply", "no triangle"]);
+    failed(
+        &["accuracy", "sphere", "-I", "100", "-n", "8"],
+        &["sphere: there is no surface", "runs from 0 to"],
+    );
+    if !cpu_alone() {
+        failed(&["compare", "sphere", "-I", "100", "-n", "8"], &["no mesh was compared", "runs from"]);
+    }
+}
+
 #[test]
 fn compare_agrees() {
     if cpu_alone() {
@@ -118,4 +152,38 @@ fn nobody_reads_standard_error() {
     let mut child = program.spawn().expect("the program starts");
     drop(child.stderr.take());
     assert_eq!(child.wait().expect("it ends").code(), Some(2));
+}
+
+/// A full disk under standard output is told; a reader that has gone away is no error.
+#[test]
+#[cfg(target_os = "linux")]
+fn standard_output_that_cannot_be_written() {
+    use std::process::{Command, Stdio};
+    let here = folder();
+    done(here.path(), &["extract", "sphere", "-n", "8", "-q", "--backend", "cpu", "-o", "a.ply"]);
+    let program = |args: &[&str]| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_isoforge"));
+        program.args(args).current_dir(here.path()).stderr(Stdio::piped());
+        program
+    };
+    for args in [
+        &["fields"][..],
+        &["nodes"],
+        &["--help"],
+        &["check", "a.ply"],
+        &["extract", "sphere", "-n", "8", "-q", "--backend", "cpu", "--stats", "-"],
+    ] {
+        let full = std::fs::File::options().write(true).open("/dev/full").expect("the device");
+        let output = program(args).stdout(full).output().expect("the program starts");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            output.status.code() == Some(1) && said.contains("standard output cannot"),
+            "{args:?}: {said}"
+        );
+
+        let mut child = program(args).stdout(Stdio::piped()).spawn().expect("the program starts");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("it ends");
+        assert_eq!((output.status.code(), output.stderr.len()), (Some(0), 0), "{args:?}");
+    }
 }

@@ -149,7 +149,7 @@ fn the_other_ways_agree() {
     let path = dir.path().join("samples.raw");
     std::fs::write(&path, &samples).unwrap();
     let layout = RawLayout::new([23, 19, 41], Scalar::U8);
-    let opening = OpenOptions { raw: Some(layout), max_bytes: None };
+    let opening = OpenOptions { raw: Some(layout), ..OpenOptions::default() };
     let volume = isoforge::volume::open(&path, &opening).unwrap().volume;
     for options in options(2.5) {
         let [whole, parts] = ["whole.ply", "parts.ply"].map(|name| dir.path().join(name));

@@ -81,6 +81,48 @@ fn nodes() {
 }
 
 #[test]
+fn sizes() {
+    let ball = "{kind = 'sphere', radius = 1}";
+    for (kind, others, keys) in [
+        ("sphere", "", &["radius"][..]),
+        ("box", "low = [0, 0, 0]\nhigh = [1, 1, 1]", &["radius"]),
+        ("cylinder", "", &["radius", "height"]),
+        ("capsule", "a = [0, 0, 0]\nb = [1, 0, 0]", &["radius"]),
+        ("torus", "", &["major", "minor"]),
+        ("cone", "height = 1", &["radius", "top"]),
+        ("supertorus", "radii = [1, 1, 1]\ne1 = 1\ne2 = 1", &["hole"]),
+        ("shell", &format!("of = {ball}"), &["thickness"]),
+        ("extrude", &format!("of = {ball}"), &["height"]),
+        ("union", &format!("of = [{ball}, {ball}]"), &["radius"]),
+        ("difference", &format!("of = [{ball}, {ball}]\nblend = 'exponential'"), &["radius"]),
+        ("blob", "skeleton = 'circle'\nradius = 1", &["major"]),
+    ] {
+        for wrong in keys {
+            let text = |bad: &str| {
+                let keys =
+                    keys.iter().map(|key| format!("{key} = {}\n", if key == wrong { bad } else { "1" }));
+                format!("[nodes.n]\n{}kind = '{kind}'\n{others}", keys.collect::<String>())
+            };
+            let line = keys.iter().position(|key| key == wrong).unwrap_or(0) as u32 + 2;
+            let place = (line, wrong.len() as u32 + 4, &*format!("nodes.n.{wrong}"));
+            refused(&text("-1"), place, "-1 is out of range: give a number of 0 or more");
+            refused(&text("'1-2'"), place, "'1-2' = -1 is out of range");
+            for good in ["0", "'r - 2'"] {
+                let text = format!("{}\n[parameters]\nr = 1", text(good));
+                parse(&text).unwrap_or_else(|error| panic!("{error}"));
+            }
+        }
+    }
+    node(
+        "kind = 'box'\nlow = [0, 1, 0]\nhigh = [1, 0, 1]",
+        (1, 1, "nodes.n"),
+        "the box along y reaches from 1 to 0",
+    );
+    parse("[nodes.n]\nkind = 'box'\nlow = [0, 1, 0]\nhigh = [1, 1, 1]").expect("a sheet");
+    parse("[nodes.n]\nkind = 'offset'\ndistance = -1\nof = {kind = 'sphere', radius = 2}").expect("smaller");
+}
+
+#[test]
 fn nodes_within_themselves() {
     let text = "[nodes.a]\nkind = 'negation'\nof = 'b'\n[nodes.b]\nkind = 'union'\nof = ['a', 'c']\n\
                 [nodes.c]\nkind = 'sphere'\nradius = 1";

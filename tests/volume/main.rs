@@ -83,6 +83,12 @@ pub fn open_bytes(name: &str, bytes: &[u8]) -> Result<Opened, OpenError> {
     open(&write(&dir, name, bytes))
 }
 
+pub fn open_spaced(name: &str, bytes: &[u8], spacing: [f32; 3]) -> Result<Opened, OpenError> {
+    let dir = TempDir::new().unwrap();
+    let options = OpenOptions { spacing: Some(spacing), ..OpenOptions::default() };
+    isoforge::volume::open(&write(&dir, name, bytes), &options)
+}
+
 /// The message of a refusal, checked to name the file and to be one paragraph.
 pub fn refusal(name: &str, bytes: &[u8]) -> String {
     let message = open_bytes(name, bytes).map(|o| o.notes).unwrap_err().to_string();

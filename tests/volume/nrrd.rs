@@ -81,6 +81,15 @@ fn space_directions_and_origin_place_the_grid() {
     assert_grid(&opened, [-90.0, 126.5, -72.0], [[-0.8, 0.6, 0.0], [0.6, 0.8, 0.25], [0.1, 0.0, 2.0]]);
     assert!(opened.volume.grid().is_mirrored());
     assert_eq!(opened.notes, [""; 0]);
+    // The user's spacing goes along the file's axes, from the file's origin.
+    let opened = open_spaced("a.nrrd", &u8_file(more), [2.0, 1.0, 3.0]).unwrap();
+    let y = Vec3::new(0.6, 0.8, 0.25).normalize().to_array();
+    let z = (3.0 * Vec3::new(0.1, 0.0, 2.0).normalize()).to_array();
+    assert_grid(&opened, [-90.0, 126.5, -72.0], [[-1.6, 1.2, 0.0], y, z]);
+    for bad in [0.0, f32::NAN] {
+        let refused = open_spaced("a.nrrd", &u8_file(more), [1.0, bad, 1.0]).map(|o| o.notes).unwrap_err();
+        assert!(refused.to_string().contains("the spacing that was given"), "{refused}");
+    }
 }
 
 #[test]

@@ -89,12 +89,10 @@ fn a_limit_on_memory_is_kept() {
     // In bytes of memory, where f64 is kept as f32 and u8 as it is.
     for (scalar, bytes) in [(Scalar::U8, 60), (Scalar::I16, 120), (Scalar::F64, 240)] {
         let path = write(&dir, "a.raw", &vec![0; POINTS * scalar.size()]);
-        let options = |most| OpenOptions { raw: Some(layout(scalar)), max_bytes: Some(most) };
+        let options =
+            |most| OpenOptions { raw: Some(layout(scalar)), max_bytes: Some(most), ..OpenOptions::default() };
         assert!(isoforge::volume::open(&path, &options(bytes)).is_ok());
-        assert!(matches!(
-            isoforge::volume::open(&path, &options(bytes - 1)),
-            Err(OpenError::TooLarge { .. })
-        ));
+        assert!(matches!(isoforge::volume::open(&path, &options(bytes - 1)), Err(OpenError::Budget { .. })));
     }
 }
 

@@ -164,8 +164,13 @@ fn imagej_gives_spacing() {
     assert_eq!(opened.notes, [""; 0]);
     // Latin-1, as older versions write the micro sign.
     let description = Some(b"ImageJ=1.40\nimages=3\nunit=\xb5m\nspacing=-3.0\nxorigin=2\n\0".to_vec());
-    let opened = open_bytes("a.tif", &Tiff { description, ..file.clone() }.bytes()).unwrap();
+    let opened =
+        open_bytes("a.tif", &Tiff { description: description.clone(), ..file.clone() }.bytes()).unwrap();
     assert_plain_grid(&opened, [-0.5, 0.0, 0.0], [0.25, 0.25, 3.0]);
+    // The user's word in its place; the origin is so many pixels away.
+    let bytes = Tiff { description: description.clone(), ..file.clone() }.bytes();
+    let opened = open_spaced("a.tif", &bytes, [1.0, 1.0, 2.0]).unwrap();
+    assert_plain_grid(&opened, [-2.0, 0.0, 0.0], [1.0, 1.0, 2.0]);
     // The same resolution without the tag: nobody says what its unit is to z.
     let opened = open_bytes("a.tif", &Tiff { description: None, ..file.clone() }.bytes()).unwrap();
     assert_plain_grid(&opened, [0.0; 3], [1.0; 3]);
@@ -223,6 +228,10 @@ fn imagej_hyperstacks_give_their_first_channel_and_frame() {
     let opened = open_bytes("a.tif", &file.bytes()).unwrap();
     assert_values(&opened, &values(Scalar::U16));
     assert_eq!(opened.notes, ["the 3 pages are marked as frames; they are read as slices"]);
+    file.description = Some(b"ImageJ=1.53t\nimages=3\nchannels=3\n".to_vec());
+    let opened = open_bytes("a.tif", &file.bytes()).unwrap();
+    assert_values(&opened, &values(Scalar::U16));
+    assert_eq!(opened.notes, ["the 3 pages are marked as channels; they are read as slices"]);
     file.description = Some(b"ImageJ=1.53t\nimages=8\nchannels=4\nslices=2\n".to_vec());
     let opened = open_bytes("a.tif", &file.bytes()).unwrap();
     assert_values(&opened, &values(Scalar::U16));

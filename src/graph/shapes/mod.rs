@@ -12,7 +12,7 @@
 //! Every number may be an [`Expr::parameter`], which is changed later without compiling anything. All solids
 //! are distance-like: below 0 inside, above 0 outside, in world units; where the value is the exact distance
 //! the function says so. Angles are in turns: 1 is a full circle. Constants that make no sense are a
-//! [`ShapeError`]; parameters that make none only leave NaN or an empty solid.
+//! [`ShapeError`], or an empty solid where a function returns none; parameters that make none only leave NaN or an empty solid.
 
 mod blend;
 mod csg;

@@ -3,7 +3,7 @@
 use super::{Pages, Stack, failed, find_list};
 use crate::volume::error::OpenError;
 use crate::volume::source::Placement;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec3};
 use std::path::Path;
 use tiff::decoder::ifd::Value;
 use tiff::tags::Tag;
@@ -73,8 +73,14 @@ impl ImageJ {
             }
             return all;
         }
+        let marked = |what| format!("the {pages} pages are marked as {what}; they are read as slices");
+        // One slice is no volume: what goes on from page to page is taken for its z.
+        if slices == 1 && frames == 1 && channels > 1 {
+            notes.push(marked("channels"));
+            return all;
+        }
         if slices == 1 && channels == 1 && frames > 1 {
-            notes.push(format!("the {frames} pages are marked as frames; they are read as slices"));
+            notes.push(marked("frames"));
             return all;
         }
         if channels > 1 {
@@ -86,7 +92,21 @@ impl ImageJ {
         Stack { first: 0, stride: channels, slices }
     }
 
-    pub fn placement(&self, notes: &mut Vec<String>) -> Placement {
+    /// Where samples lie; the spacing is the one `given`, if one is, as the origin is counted in pixels.
+    pub fn placement(&self, given: Option<[f32; 3]>, notes: &mut Vec<String>) -> Placement {
+        let spacing = given.map_or_else(|| self.spacing(notes), |given| Vec3::from(given).as_dvec3());
+        // In pixels from the first one's centre.
+        let zero = ["xorigin", "yorigin", "zorigin"]
+            .map(|key| self.number(key).filter(|n| n.is_finite()).unwrap_or(0.0));
+        Placement {
+            origin: -DVec3::from(zero) * spacing,
+            step: DMat3::from_diagonal(spacing),
+            what: "the spacing in the ImageJ tag and the resolution tags".to_owned(),
+            remedy: "Set the voxel size in ImageJ (Image > Properties) and save again",
+        }
+    }
+
+    fn spacing(&self, notes: &mut Vec<String>) -> DVec3 {
         let mut spacing = [1.0; 3];
         for axis in 0..2 {
             let name = ["x", "y"][axis];
@@ -109,16 +129,7 @@ impl ImageJ {
             }
             None => {}
         }
-        let spacing = DVec3::from(spacing);
-        // In pixels from the first one's centre.
-        let zero = ["xorigin", "yorigin", "zorigin"]
-            .map(|key| self.number(key).filter(|n| n.is_finite()).unwrap_or(0.0));
-        Placement {
-            origin: -DVec3::from(zero) * spacing,
-            step: DMat3::from_diagonal(spacing),
-            what: "the spacing in the ImageJ tag and the resolution tags".to_owned(),
-            remedy: "Set the voxel size in ImageJ (Image > Properties) and save again",
-        }
+        DVec3::from(spacing)
     }
 
     /// Slope and intercept: ImageJ stores signed 16-bit values as unsigned ones and a straight line.

@@ -155,7 +155,7 @@ fn head(path: &Path, options: &OpenOptions) -> Result<Head, OpenError> {
             notes.push(format!("the ImageJ tag promises {images} images; the file has {count} pages"));
         }
         stack = imagej.stack(count, &mut notes);
-        place = imagej.placement(&mut notes);
+        place = imagej.placement(options.spacing, &mut notes);
         (slope, intercept) = imagej.calibration(&mut notes);
     }
 
