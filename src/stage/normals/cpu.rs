@@ -39,11 +39,14 @@ fn parts(vertex: &Vertex) -> [u32; 3] {
 
 /// Adds to each marked vertex the normals of the other corners of its triangles.
 pub fn add_neighbours(vertices: &mut [Vertex], triangles: &[[u32; 3]]) {
+    let marks = marks(vertices);
+    let has_mark = |corner: u32| marks[corner as usize / 64] >> (corner % 64) & 1 == 1;
     for block in triangles.chunks(BLOCK) {
         let at = |corner: u32| &vertices[corner as usize];
-        let beside = block.par_iter().flat_map_iter(|&[a, b, c]| {
+        let some = block.par_iter().filter(|[a, b, c]| has_mark(*a) | has_mark(*b) | has_mark(*c));
+        let beside = some.flat_map_iter(|&[a, b, c]| {
             let around = [(a, [b, c]), (b, [c, a]), (c, [a, b])];
-            let marked = around.into_iter().filter(|&(corner, _)| is_marked(at(corner)));
+            let marked = around.into_iter().filter(|&(corner, _)| has_mark(corner));
             marked.flat_map(|(corner, others)| others.map(|other| (corner, parts(at(other)))))
         });
         let beside: Vec<(u32, [u32; 3])> = beside.collect();
@@ -52,6 +55,13 @@ pub fn add_neighbours(vertices: &mut [Vertex], triangles: &[[u32; 3]]) {
             *normal = [0, 1, 2].map(|k| f32::from_bits(normal[k].to_bits().wrapping_add(parts[k])));
         }
     }
+}
+
+/// Which vertices are marked, a bit each: few are, and triangles find these sooner than the vertices.
+fn marks(vertices: &[Vertex]) -> Vec<u64> {
+    let word =
+        |some: &[Vertex]| some.iter().rev().fold(0, |bits, vertex| bits << 1 | u64::from(is_marked(vertex)));
+    vertices.par_chunks(64).with_min_len(64).map(word).collect()
 }
 
 /// Turns marks, with what was added to them, into normals.
