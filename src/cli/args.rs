@@ -208,8 +208,9 @@ pub struct ExtractArgs {
     #[command(flatten)]
     pub run: RunArgs,
 
-    /// Write one JSON object with counts, bytes and seconds; - for standard output. A mesh on the GPU is not
-    /// read back for it, then zero-area triangles and open edges are not counted
+    /// Write one JSON object with counts, bytes and seconds; - for standard output. A mesh that is only
+    /// drawn on the GPU is read back for it where the memory budget has room: else its triangles of zero area and open edges are
+    /// not counted
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 

@@ -151,8 +151,9 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         Made::Cpu(_) => ("cpu", None),
     };
     let mesh = match made {
-        Made::Gpu(made) if is_read_back(args) => {
+        Made::Gpu(made) if is_read_back(args) || is_counted(args, &made.1, options.memory_budget) => {
             let (extractor, mesh) = *made;
+            report.peak_bytes = report.peak_bytes.max(bytes_to_read(&mesh));
             progress.phase("reading back");
             let since = Instant::now();
             let mesh = mesh.read(extractor.gpu()).map_err(Failure::run)?;
@@ -201,9 +202,20 @@ fn in_memory(made: &Made) -> Result<Cow<'_, Mesh>, Failure> {
     }
 }
 
-/// Whether the mesh leaves the GPU: one that is only drawn, or counted, does not.
+/// Whether the mesh must leave the GPU: one that is only drawn, or counted, need not.
 fn is_read_back(args: &ExtractArgs) -> bool {
     args.output.is_some() || args.no_degenerate || args.method.cap
+}
+
+/// Whether a mesh that need not leave the GPU does, so that `--stats` can tell its open edges.
+fn is_counted(args: &ExtractArgs, mesh: &GpuMesh, memory_budget: u64) -> bool {
+    args.stats.is_some() && bytes_to_read(mesh) <= memory_budget
+}
+
+/// Bytes that a mesh takes while it is read back.
+fn bytes_to_read(mesh: &GpuMesh) -> u64 {
+    let [vertices, triangles] = [mesh.vertex_capacity, mesh.triangle_capacity];
+    GpuMesh::bytes_for(vertices, triangles) + GpuMesh::read_bytes_for(vertices, triangles)
 }
 
 /// Whether the mesh is read into main memory, if only for a while: to be coloured, or to be drawn with edges.
