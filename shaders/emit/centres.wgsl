@@ -78,7 +78,7 @@ fn make_centre(slot: u32, origin: vec3<u32>, cell: vec3<u32>, around: u32, lowes
         if moves == 0u {
             break;
         }
-        position = domain_position(snap_within(lowest, within, vector));
+        position = domain_position(snap_within(slot, origin, cell, within, vector));
     }
     let known = has_direction(vector);
     var normal = unit(select(vec3<f32>(1.0), vector, known));

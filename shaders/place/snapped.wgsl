@@ -64,28 +64,19 @@ fn reach(within: vec3<f32>, way: vec3<f32>) -> f32 {
     return max(min(room.x, min(room.y, room.z)), 0.0);
 }
 
-// Moves a vertex within the cell at `lowest` to the nearest place that is found in the cell, on the line through it along
-// `outward`, where the field crosses iso; where none is found it stays. In grid steps in the domain. A cell beyond a closed border has
-// no such vertex: one of its faces is outside altogether.
-fn snap_within(lowest: vec3<u32>, within: vec3<f32>, outward: vec3<f32>) -> vec3<f32> {
-    let p = (vec3<f32>(lowest) - params.margin) + within;
-    let v = unit(select(vec3<f32>(1.0), outward, has_direction(outward)));
-    // What takes gradients to the world, the other way round, is the inverse of the grid's steps.
-    let along = vec3<f32>(
-        (params.outward_x.x * v.x + params.outward_x.y * v.y) + params.outward_x.z * v.z,
-        (params.outward_y.x * v.x + params.outward_y.y * v.y) + params.outward_y.z * v.z,
-        (params.outward_z.x * v.x + params.outward_z.y * v.y) + params.outward_z.z * v.z,
-    ) * call.outward_sign;
-    if !(has_direction(outward) && has_direction(along)) {
-        return p;
-    }
-    let forth = along / largest(along);
+// Moves a vertex within a cell to where the field crosses iso: to the nearest crossing that is found in the cell on the line
+// through it along `outward`, and where none is, on the segment to the nearest corner of the other side, which always has
+// one. In grid steps in the domain. A cell beyond a closed border has no such vertex: one of its faces is outside altogether.
+fn snap_within(slot: u32, origin: vec3<u32>, cell: vec3<u32>, within: vec3<f32>, outward: vec3<f32>) -> vec3<f32> {
+    let p = (vec3<f32>(origin + cell) - params.margin) + within;
+    let forth = line_of(outward);
     let reaches = vec2<f32>(reach(within, -forth), reach(within, forth));
     // First where it is, then by turns on either side.
     var way = forth;
     var t = 0.0;
     var v_here = 0.0;
     var before = vec2<f32>(0.0);
+    var v_there = 0.0;
     var look = 0u;
     for (; look <= 2u * LOOKS; look++) {
         let side = look & 1u;
@@ -94,15 +85,51 @@ fn snap_within(lowest: vec3<u32>, within: vec3<f32>, outward: vec3<f32>) -> vec3
         v_here = density(domain_position(p + way * t));
         if look == 0u {
             before = vec2<f32>(v_here);
+            v_there = v_here;
         }
-        if is_inside(bitcast<u32>(v_here)) != is_inside(bitcast<u32>(before[side])) {
+        if is_inside(bitcast<u32>(v_here)) != is_inside(bitcast<u32>(v_there)) {
             break;
         }
         before[side] = v_here;
     }
+    let last = f32((max(look, 1u) - 1u) / 2u) * LOOK_STEP;
+    var bracket = Bracket(last, t, before[look & 1u], v_here);
     if look > 2u * LOOKS {
-        return p;
+        let corner = nearest_corner(slot, origin, cell, within, !is_inside(bitcast<u32>(v_there)));
+        way = vec3<f32>(corner) - within;
+        bracket = Bracket(0.0, 1.0, v_there, bitcast<f32>(sample_bits(slot, origin, cell + corner)));
     }
-    let last = f32((look - 1u) / 2u) * LOOK_STEP;
-    return p + way * crossing_on(p, way, Bracket(last, t, before[look & 1u], v_here));
+    return p + way * crossing_on(p, way, bracket);
+}
+
+// The line along a vector of the world, in grid steps, of which the longest is one; zero where there is no direction.
+fn line_of(outward: vec3<f32>) -> vec3<f32> {
+    let v = unit(select(vec3<f32>(1.0), outward, has_direction(outward)));
+    // What takes gradients to the world, the other way round, is the inverse of the grid's steps.
+    let along = vec3<f32>(
+        (params.outward_x.x * v.x + params.outward_x.y * v.y) + params.outward_x.z * v.z,
+        (params.outward_y.x * v.x + params.outward_y.y * v.y) + params.outward_y.z * v.z,
+        (params.outward_z.x * v.x + params.outward_z.y * v.y) + params.outward_z.z * v.z,
+    ) * call.outward_sign;
+    if !(has_direction(outward) && has_direction(along)) {
+        return vec3<f32>(0.0);
+    }
+    return along / largest(along);
+}
+
+// The corner on a side that is nearest to a place, of several the first.
+fn nearest_corner(slot: u32, origin: vec3<u32>, cell: vec3<u32>, within: vec3<f32>, side: bool) -> vec3<u32> {
+    var nearest = vec3<u32>(0u);
+    // Farther than any.
+    var least = 4.0;
+    for (var k = 0u; k < 8u; k++) {
+        let corner = vec3<u32>(k, k >> 1u, k >> 2u) & vec3<u32>(1u);
+        let way = vec3<f32>(corner) - within;
+        let length = (way.x * way.x + way.y * way.y) + way.z * way.z;
+        if is_inside(sample_bits(slot, origin, cell + corner)) == side && length < least {
+            nearest = corner;
+            least = length;
+        }
+    }
+    return nearest;
 }

@@ -29,7 +29,8 @@ pub enum Placement {
     Midpoint,
     /// Where the field crosses iso, within `epsilon` world units: a few secant and bisection steps. Volumes have
     /// nothing finer than [`Placement::Linear`]. A vertex within a cell goes from amid those around it, as [`Placement::Linear`]
-    /// has them, along the field's gradient to the nearest crossing in the cell, and stays there where none is found.
+    /// has them, along the field's gradient to the nearest crossing in the cell, or where none is found there, to that
+    /// between it and the nearest corner of the other side.
     Snapped {
         /// How near, over 0.
         epsilon: f32,

@@ -91,6 +91,12 @@ impl<'a> Samples<'a> {
             .sum()
     }
 
+    /// The eight corners of the cell whose lowest is the point (x, y, z): corner k lies at (k & 1, k >> 1 & 1, k >> 2).
+    #[inline(always)]
+    pub fn of_cell(&self, [x, y, z]: [usize; 3]) -> [f32; 8] {
+        [0, 1, 2, 3, 4, 5, 6, 7].map(|k: usize| self.at(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2)))
+    }
+
     /// The sample at (x, y, z).
     #[inline(always)]
     pub fn at(&self, x: usize, y: usize, z: usize) -> f32 {

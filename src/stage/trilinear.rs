@@ -34,9 +34,8 @@ impl Corners {
     }
 
     /// Of the cell whose lowest corner is point (x, y, z) of a brick.
-    pub fn of_cell(iso: f32, inside: Inside, samples: &Samples<'_>, [x, y, z]: [usize; 3]) -> Self {
-        let corner = |k: usize| samples.at(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2));
-        Self::new(iso, inside, [0, 1, 2, 3, 4, 5, 6, 7].map(corner))
+    pub fn of_cell(iso: f32, inside: Inside, samples: &Samples<'_>, cell: [usize; 3]) -> Self {
+        Self::new(iso, inside, samples.of_cell(cell))
     }
 
     /// The entry of the table, if the cell's is a case that the corners do not decide.

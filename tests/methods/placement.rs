@@ -123,15 +123,17 @@ fn around(mesh: &Mesh, v: usize) -> BTreeSet<usize> {
     all.flatten().filter(|&other| other != v).collect()
 }
 
-/// Vertices within cells are the mean of those around them where these are not searched for. Where they are, they lie where the
-/// field crosses iso on the line along the gradient through the mean, in the same cell; few meet no crossing there, and stay.
+/// Vertices within cells are the mean of those around them where these are not searched for. Where they are, the field crosses
+/// iso within ε of each, in the same cell: on the line along the gradient through the mean, or where there is no crossing on it,
+/// between the mean and the nearest corner of the other side.
 ///
-/// Goes red when `snap_within` (src/stage/emit/cpu/snap.rs) goes along the steps' rows in place of columns, and when `unsnapped`
-/// (src/stage/emit/cpu/vertices.rs) leaves the middle out; when either shader differs.
+/// Goes red when `line_of` (src/stage/emit/cpu/snap.rs) goes along the steps' rows in place of columns, when `snap_within` there
+/// stays where it finds nothing or `nearest` takes corners of either side, and when `unsnapped` (src/stage/emit/cpu/vertices.rs)
+/// leaves the middle out; when either shader differs.
 #[test]
 fn vertices_within_cells() {
     let epsilon = 1e-3;
-    let (mut all, mut staying) = (0, 0);
+    let (mut all, mut to_corners) = (0, 0);
     for seed in 0..6 {
         let (field, grid) = noise(seed, 2.2);
         let source = Source::Field(&field, grid);
@@ -155,19 +157,29 @@ fn vertices_within_cells() {
             assert_eq!(q[0].floor(), q[1].floor(), "{seed}, {v}: it leaves the cell");
             all += 1;
             let way = to - from;
-            if way.length() == 0.0 {
-                staying += 1;
-                continue;
-            }
-            let (way, normal) = (way.normalize(), Vec3::from(plain.vertices[v].normal));
-            if from.distance(to) > 1e-2 {
-                assert!(way.dot(normal).abs() > 0.999, "{seed}, {v}: {way} along {normal}");
+            let (far, way, normal) = (way.length(), way.normalize(), Vec3::from(plain.vertices[v].normal));
+            if far > 1e-2 && way.dot(normal).abs() < 0.999 {
+                let is_in = value(&field, from) < 0.0;
+                let corners =
+                    (0..8).map(|k| q[0].floor() + Vec3::from([0, 1, 2].map(|a| (k >> a & 1) as f32)));
+                let at = |corner: Vec3| grid.origin() + grid.step() * corner;
+                let others: Vec<Vec3> =
+                    corners.filter(|&corner| (value(&field, at(corner)) < 0.0) != is_in).collect();
+                let least = others.iter().map(|c| c.distance(q[0])).fold(f32::INFINITY, f32::min);
+                let is_towards = |&c: &Vec3| way.dot((at(c) - from).normalize()) > 0.999;
+                let reached = others.into_iter().find(is_towards);
+                let reached = reached.unwrap_or_else(|| panic!("{seed}, {v}: {way}, not along {normal}"));
+                assert!(
+                    reached.distance(q[0]) < least + 1e-4,
+                    "{seed}, {v}: {reached} is not the nearest corner"
+                );
+                to_corners += 1;
             }
             let sides = [-epsilon, epsilon].map(|t| value(&field, to + way * t) < 0.0);
             assert_ne!(sides[0], sides[1], "{seed}, {v}: no crossing at {to}");
         }
     }
-    assert!(all > 300 && staying * 3 < all, "{staying} of {all} stay");
+    assert!(all > 300 && to_corners > 30 && to_corners * 3 < all, "{to_corners} of {all} go to corners");
 }
 
 /// As many triangles meet as before, every form of the kernels gives the same bytes, and closed meshes stay closed.

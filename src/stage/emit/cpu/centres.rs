@@ -1,6 +1,6 @@
 //! CPU twin of `shaders/emit/centres.wgsl`: the vertices within cells that topologically correct marching cubes needs.
 
-use super::snap::snap_within;
+use super::snap::{Cell, snap_within};
 use super::vertices::{Gradients, unsnapped};
 use crate::field::unit::{has_direction, unit};
 use crate::field::{NoForm, Points};
@@ -54,7 +54,9 @@ pub fn emit_centres(
                     NormalsOf::Field(field) => {
                         let mut vector = outward_of_field(params, &field, p)?;
                         if matches!(params.placement, Placement::Snapped { .. }) {
-                            p = snap_within(params, inside, field.here, (lowest.as_vec3(), within), vector)?;
+                            let samples = samples.of_cell(cell);
+                            let cell = Cell { lowest: lowest.as_vec3(), samples };
+                            p = snap_within(params, inside, field.here, &cell, within, vector)?;
                             vector = outward_of_field(params, &field, p)?;
                         }
                         vector

@@ -5,7 +5,7 @@ use crate::field::unit::{has_direction, largest, unit};
 use crate::field::{Field, NoForm, Points};
 use crate::stage::inside::Inside;
 use crate::stage::params::Params;
-use glam::Vec3;
+use glam::{UVec3, Vec3};
 
 const MOST_STEPS: usize = 32;
 /// 2⁻²²: less does not show beside a whole number.
@@ -119,9 +119,9 @@ fn reach(within: Vec3, way: Vec3) -> f32 {
     (room / way.abs().max(Vec3::splat(LEAST_NEAR))).min_element().max(0.0)
 }
 
-/// Moves a vertex within the cell at `lowest` to the nearest place that is found in the cell, on the line through it along
-/// `outward`, where the field crosses iso; where none is found it stays. In grid steps in the domain. A cell beyond a closed border has
-/// no such vertex: one of its faces is outside altogether.
+/// Moves a vertex within a cell to where the field crosses iso: to the nearest crossing that is found in the cell on the line
+/// through it along `outward`, and where none is, on the segment to the nearest corner of the other side, which always has
+/// one. In grid steps in the domain. A cell beyond a closed border has no such vertex: one of its faces is outside altogether.
 ///
 /// # Errors
 /// [`NoForm::Cpu`].
@@ -129,21 +129,12 @@ pub(super) fn snap_within(
     params: &Params,
     inside: Inside,
     field: &dyn Field,
-    (lowest, within): (Vec3, Vec3),
+    cell: &Cell,
+    within: Vec3,
     outward: Vec3,
 ) -> Result<Vec3, NoForm> {
-    let p = (lowest - params.margin) + within;
-    if !has_direction(outward) {
-        return Ok(p);
-    }
-    let v = unit(outward);
-    // What takes gradients to the world, the other way round, is the inverse of the grid's steps.
-    let columns = [params.outward_x, params.outward_y, params.outward_z];
-    let along = Vec3::from(columns.map(|c| (c[0] * v.x + c[1] * v.y) + c[2] * v.z));
-    if !has_direction(along) {
-        return Ok(p);
-    }
-    let forth = along / largest(along);
+    let p = (cell.lowest - params.margin) + within;
+    let forth = line_of(params, outward);
     let ways = [-forth, forth];
     let reaches = ways.map(|way| reach(within, way));
     // First where it is, then by turns on either side.
@@ -157,13 +148,59 @@ pub(super) fn snap_within(
     let [x, y, z] = &line.position;
     field.values(Points { x, y, z }, &mut values)?;
     let is_there = inside.test(values[0]);
-    let Some(look) = values.iter().position(|&value| inside.test(value) != is_there) else { return Ok(p) };
-    let way = ways[look % 2];
-    let last = ((look - 1) / 2) as f32 * LOOK_STEP;
-    let ends = [values[look.saturating_sub(2)], values[look]];
-    let bracket = Bracket::new(params, inside, way, [last, line.t[look]], ends);
+    let (way, bracket) = match values.iter().position(|&value| inside.test(value) != is_there) {
+        Some(look) => {
+            let way = ways[look % 2];
+            let last = ((look - 1) / 2) as f32 * LOOK_STEP;
+            let ends = [values[look.saturating_sub(2)], values[look]];
+            (way, Bracket::new(params, inside, way, [last, line.t[look]], ends))
+        }
+        None => {
+            let corner = cell.nearest(inside, within, !is_there);
+            let way = corner_at(corner) - within;
+            (way, Bracket::new(params, inside, way, [0.0, 1.0], [values[0], cell.samples[corner]]))
+        }
+    };
     let mut line = Crossings::<1>::new();
     line.set_line(0, p, way);
     close(&mut line, params, inside, field, vec![bracket])?;
     Ok(p + way * line.t[0])
+}
+
+/// The line along a vector of the world, in grid steps, of which the longest is one; zero where there is no direction.
+fn line_of(params: &Params, outward: Vec3) -> Vec3 {
+    if !has_direction(outward) {
+        return Vec3::ZERO;
+    }
+    let v = unit(outward);
+    // What takes gradients to the world, the other way round, is the inverse of the grid's steps.
+    let columns = [params.outward_x, params.outward_y, params.outward_z];
+    let along = Vec3::from(columns.map(|c| (c[0] * v.x + c[1] * v.y) + c[2] * v.z));
+    if has_direction(along) { along / largest(along) } else { Vec3::ZERO }
+}
+
+/// A cell that corners of either side surround.
+pub(super) struct Cell {
+    /// Its lowest corner's point of the grid.
+    pub(super) lowest: Vec3,
+    pub(super) samples: [f32; 8],
+}
+
+impl Cell {
+    /// The corner on a side that is nearest to a place, of several the first.
+    fn nearest(&self, inside: Inside, within: Vec3, side: bool) -> usize {
+        let (mut nearest, mut least) = (0, f32::INFINITY);
+        for (corner, &sample) in self.samples.iter().enumerate() {
+            let way = corner_at(corner) - within;
+            let length = (way.x * way.x + way.y * way.y) + way.z * way.z;
+            if inside.test(sample) == side && length < least {
+                (nearest, least) = (corner, length);
+            }
+        }
+        nearest
+    }
+}
+
+fn corner_at(corner: usize) -> Vec3 {
+    UVec3::from([0, 1, 2].map(|k| corner as u32 >> k & 1)).as_vec3()
 }
