@@ -24,8 +24,8 @@ fn sample(
         let place = (slot - call.first_slot) * 729u + i;
         for (var z = 0u; z < 9u; z++) {
             let point = vec3<u32>(0u, 0u, min(origin.z + z, last.z));
-            let at = vec3<f32>(in_plane.xy, grid_position(vec3<f32>(point), vec3<f32>(0.0)).z);
-            samples[place + 81u * z] = density_in_plane(plane, at);
+            let level = density_level(grid_position(vec3<f32>(point), vec3<f32>(0.0)));
+            samples[place + 81u * z] = density_in_plane(plane, level);
         }
     }
     report_runaway();

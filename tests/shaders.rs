@@ -117,8 +117,10 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
                 sources.push((format!("classify, {name}, {method:?}, {form:?}"), source));
             }
             if shaders::classify_samples(&wgsl, Method::MarchingCubes, form) {
-                let source = shaders::classify_sampling(&wgsl, form);
-                sources.push((format!("classify and sample, {name}, {form:?}"), source));
+                for is_aligned in [false, true] {
+                    let source = shaders::classify_sampling(&wgsl, form, is_aligned);
+                    sources.push((format!("classify and sample, {name}, {form:?}, {is_aligned}"), source));
+                }
             }
         }
         for (normals, form) in [
@@ -248,6 +250,22 @@ fn structures_lie_as_in_rust() {
             assert_eq!(layout, expected, "{name} in {shader}");
         }
     }
+}
+
+/// Goes red when `write_planes` (src/graph/wgsl.rs) leaves a number out of the bytes.
+#[test]
+fn parts_of_fields_have_the_bytes_that_they_tell() {
+    let fields = fields().into_iter().filter_map(|(name, wgsl)| Some((name, wgsl.planes.clone()?, wgsl)));
+    let mut found = 0;
+    for (name, planes, wgsl) in fields {
+        let source = shaders::sample_planes(&wgsl, Form::Shared).unwrap();
+        let module = naga::front::wgsl::parse_str(&source).unwrap();
+        for (ty, bytes) in ["DensityPlane", "DensityLevel"].into_iter().zip(planes.bytes) {
+            assert_eq!(layout(&module, ty).unwrap().1, bytes as usize, "{ty} of {name}");
+            found += 1;
+        }
+    }
+    assert!(found >= 10, "{found}");
 }
 
 fn number_of(name: &str) -> Option<(usize, bool)> {

@@ -6,6 +6,7 @@ use super::{ExtractError, Extractor, Options, stage_index as at};
 use crate::gpu::kernel::{Bindings, binding as b};
 use crate::gpu::{GpuError, GpuMesh, Settings, Timer};
 use crate::mesh::Vertex;
+use crate::stage::classify::Classify;
 use crate::stage::emit::Vertices;
 use crate::stage::params::{Params, Work};
 
@@ -13,6 +14,8 @@ use crate::stage::params::{Params, Work};
 #[derive(Clone, Copy)]
 pub(crate) struct RunKernels<'a> {
     method: &'a MethodKernels,
+    /// Classify that takes the samples itself, where it may.
+    sampling: Option<&'a Classify>,
     vertices: &'a Vertices,
 }
 
@@ -23,8 +26,17 @@ impl<'a> RunKernels<'a> {
         space: &'a Workspace,
         options: &Options,
     ) -> Result<Self, GpuError> {
-        let vertices = space.kernels.vertices(&extractor.gpu, options)?;
-        Ok(Self { method: space.kernels.of(&extractor.gpu, options.method)?, vertices })
+        let (gpu, kernels) = (&extractor.gpu, &space.kernels);
+        // Emit of several batches takes the samples once more, and the tracker has taken them before.
+        let sampling = match space.plan.batches == 1 && !space.is_marked {
+            true => kernels.sampling(gpu, options.method, space.is_aligned)?,
+            false => None,
+        };
+        Ok(Self {
+            method: kernels.of(gpu, options.method)?,
+            sampling,
+            vertices: kernels.vertices(gpu, options)?,
+        })
     }
 }
 
@@ -158,14 +170,11 @@ impl Extractor {
             let settings = self.settings(space, &params);
             let bindings = space.bindings(self, &settings);
             let offset = 24 * u64::from(batch);
-            // Emit of several batches takes the samples once more, and the tracker has taken them before.
-            let sampling = kernels.method.classify_sampling.as_ref();
-            let sampling = sampling.filter(|_| space.plan.batches == 1 && !space.is_marked);
-            if sampling.is_none() {
+            if kernels.sampling.is_none() {
                 self.encode_sample(space, encoder, &bindings, offset, timer);
             }
             let mut pass = timer.pass(encoder, "classify", at::CLASSIFY);
-            let classify = sampling.unwrap_or(&kernels.method.classify);
+            let classify = kernels.sampling.unwrap_or(&kernels.method.classify);
             classify.encode(gpu, &mut pass, &bindings, &space.dispatches, offset);
         }
         let mut pass = timer.pass(encoder, "scan", at::SCAN);

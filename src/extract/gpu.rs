@@ -75,8 +75,9 @@ impl Extractor {
 
     fn field_kernels(&self, wgsl: &Wgsl) -> Result<Arc<SourceKernels>, GpuError> {
         let none = || Arc::from("");
+        let planes = wgsl.planes.as_ref().map(|planes| planes.text.clone());
         let [gradient, interval, planes] =
-            [&wgsl.gradient, &wgsl.interval, &wgsl.planes].map(|t| t.clone().unwrap_or_else(none));
+            [wgsl.gradient.clone(), wgsl.interval.clone(), planes].map(|t| t.unwrap_or_else(none));
         let key = [wgsl.value.clone(), gradient, interval, planes];
         self.fields.get(key, || SourceKernels::new(&self.gpu, Samples::Field(wgsl)))
     }

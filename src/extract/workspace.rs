@@ -36,15 +36,14 @@ pub(crate) struct SourceKernels {
     sample: Option<Samplers>,
     /// Those of each method, compiled when it is first asked for.
     methods: [OnceLock<MethodKernels>; Method::ALL.len()],
+    /// Classify that takes a field's samples itself, for grids along other axes than the world's and along these.
+    classify_sampling: [OnceLock<Classify>; 2],
 }
 
 /// The kernels that depend on the method, too.
 #[derive(Debug)]
 pub(crate) struct MethodKernels {
     pub(super) classify: Classify,
-    /// Classify that takes a field's samples itself, where the device's form has it. Only where emit finds those very
-    /// samples: what another kernel takes once more may differ in its last bits.
-    pub(super) classify_sampling: Option<Classify>,
     pub(super) emit: Emit,
 }
 
@@ -59,7 +58,8 @@ impl SourceKernels {
                 (text, Some(Samplers::new(wgsl)), Bounds::new(gpu, wgsl)?)
             }
         };
-        Ok(Self { text, range: Range::new(gpu, samples)?, bounds, sample, methods: Default::default() })
+        let (methods, classify_sampling) = Default::default();
+        Ok(Self { text, range: Range::new(gpu, samples)?, bounds, sample, methods, classify_sampling })
     }
 
     fn samples(&self) -> Samples<'_> {
@@ -76,17 +76,29 @@ impl SourceKernels {
             return Ok(kernels);
         }
         let samples = self.samples();
-        let classify_sampling = match samples {
-            Samples::Field(wgsl)
-                if gpu.takes_samples() && shaders::classify_samples(wgsl, method, gpu.form()) =>
-            {
-                Some(Classify::sampling(gpu, wgsl)?)
-            }
-            _ => None,
-        };
         let classify = Classify::new(gpu, samples, method)?;
-        let kernels = MethodKernels { classify, classify_sampling, emit: Emit::new(gpu, samples, method)? };
+        let kernels = MethodKernels { classify, emit: Emit::new(gpu, samples, method)? };
         Ok(place.get_or_init(|| kernels))
+    }
+
+    /// Classify that takes a field's samples itself, where the device's form has it, compiled on the first call. Only for
+    /// where emit finds those very samples: what another kernel takes once more may differ in its last bits.
+    pub(crate) fn sampling(
+        &self,
+        gpu: &Gpu,
+        method: Method,
+        is_aligned: bool,
+    ) -> Result<Option<&Classify>, GpuError> {
+        let SourceText::Field(wgsl) = &self.text else { return Ok(None) };
+        if !(gpu.takes_samples() && shaders::classify_samples(wgsl, method, gpu.form())) {
+            return Ok(None);
+        }
+        let place = &self.classify_sampling[usize::from(is_aligned)];
+        if let Some(kernel) = place.get() {
+            return Ok(Some(kernel));
+        }
+        let kernel = Classify::sampling(gpu, wgsl, is_aligned)?;
+        Ok(Some(place.get_or_init(|| kernel)))
     }
 
     /// The kernels that make vertices with the method and the normals of a run, compiled on the first call.
@@ -100,6 +112,8 @@ impl SourceKernels {
 pub struct Workspace {
     pub(super) grid: Grid,
     pub(super) sense: crate::field::Sense,
+    /// Whether the grid's axes are the world's.
+    pub(super) is_aligned: bool,
     pub(crate) is_volume: bool,
     /// The type of a volume's samples.
     pub(crate) scalar: Option<Scalar>,
@@ -191,6 +205,7 @@ impl Workspace {
         let workspace = Workspace {
             grid: *source.grid(),
             sense: source.sense(),
+            is_aligned,
             is_volume,
             scalar,
             is_marked: false,

@@ -70,10 +70,9 @@ pub struct Wgsl {
     /// Defines `fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32>`: bounds of the
     /// values over a box, lowest first ([`crate::graph::interval`]). Where there is none, no brick is culled.
     pub interval: Option<Arc<str>>,
-    /// Defines, without `value` beside it, `struct DensityPlane`, `fn density_plane(p: vec3<f32>) -> DensityPlane`, which reads
-    /// no z, and `fn density_in_plane(plane: DensityPlane, p: vec3<f32>) -> f32`, which gives what `value` does: so samples
-    /// are taken in grids along the world's axes. Where there is none, each sample is taken by itself.
-    pub planes: Option<Arc<str>>,
+    /// `value` in parts, by which samples are taken in grids along the world's axes. Where there are none, each sample is
+    /// taken by itself.
+    pub planes: Option<Planes>,
     /// What `field_data` (`array<u32>`) holds: lists and samples that the source reads.
     pub data: Arc<[u32]>,
     /// What `field_parameters` holds. Changing these compiles nothing.
@@ -81,6 +80,18 @@ pub struct Wgsl {
     /// Whether the source counts the iterations of its loops and stops those that run away
     /// ([`user`] says how).
     pub counts_loops: bool,
+}
+
+/// A field's value in parts: what takes x and y alone is the same in all planes of a grid along the world's axes, what
+/// takes z alone in all of a plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Planes {
+    /// Defines, without [`Wgsl::value`] beside it, `struct DensityPlane`, `fn density_plane(p: vec3<f32>) -> DensityPlane`,
+    /// which reads no z, `struct DensityLevel`, `fn density_level(p: vec3<f32>) -> DensityLevel`, which reads z alone, and `fn
+    /// density_in_plane(plane: DensityPlane, level: DensityLevel) -> f32`, which gives what `value` does.
+    pub text: Arc<str>,
+    /// Bytes of a `DensityPlane` and of a `DensityLevel`.
+    pub bytes: [u32; 2],
 }
 
 /// Vectors of parameters that a field may have on the GPU.

@@ -8,7 +8,7 @@ use super::lower::Program;
 use super::same::is_same;
 use super::tape::{Code, Tape};
 use super::wgsl;
-use crate::field::{Field, LatticeValues, NoForm, Points, Sense, Wgsl, Within};
+use crate::field::{Field, LatticeValues, NoForm, Planes, Points, Sense, Wgsl, Within};
 use std::cell::RefCell;
 use std::sync::{Arc, OnceLock};
 
@@ -29,7 +29,7 @@ pub struct GraphField {
 }
 
 /// The program's WGSL (values, gradient, intervals; values by planes) and the data that it reads, once asked for.
-type Written = ([Arc<str>; 3], Option<Arc<str>>, Arc<[u32]>);
+type Written = ([Arc<str>; 3], Option<Planes>, Arc<[u32]>);
 
 /// Why a parameter could not be set.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -177,7 +177,7 @@ impl Field for GraphField {
             let leaves = self.program.tape.leaves.iter().flat_map(|leaf| leaf.data());
             let data: Vec<u32> = leaves.chain(texts.code).collect();
             let required = [texts.value, texts.gradient, texts.interval].map(Arc::from);
-            (required, texts.planes.map(Arc::from), data.into())
+            (required, texts.planes, data.into())
         });
         let places = wgsl::buffer_places(&self.program);
         Ok(Wgsl {

@@ -37,7 +37,8 @@ thread_local! {
     static SCRATCH: RefCell<(Vec<[f32; LANES]>, Vec<f32>)> = const { RefCell::new((Vec::new(), Vec::new())) };
 }
 
-fn part_of(parts: &[Part], operand: Operand) -> Option<Part> {
+/// What an operand is computed for, if it is no uniform.
+pub(super) fn part_of(parts: &[Part], operand: Operand) -> Option<Part> {
     match operand {
         Operand::Uniform(_) => None,
         Operand::Axis(2) => Some(Part::Planes),

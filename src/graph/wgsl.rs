@@ -3,11 +3,12 @@
 //! One `let` an operation: nothing nests, however deep the expression was. Sums and products are kept from
 //! drivers' algebra (`shaders/graph/exact.wgsl`).
 
-use super::lattice::{Part, parts};
+use super::lattice::{Part, part_of, parts};
 use super::leaf::LeafWgsl;
 use super::lower::Program;
 use super::ops::{Binary, Unary};
 use super::tape::{Code, Instruction, Op, Operand};
+use crate::field::Planes;
 use std::fmt::Write;
 
 /// Operations up to which bounds are written one after the other. Of longer fields they are a loop over the
@@ -25,8 +26,8 @@ pub fn buffer_places(program: &Program) -> Vec<u32> {
 struct Writer<'a> {
     program: &'a Program,
     places: Vec<u32>,
-    /// The values that are read of `plane`.
-    of_plane: Vec<bool>,
+    /// Where the numbers are read that are there, where some are: of `plane` or of `level`.
+    known: [Vec<Operand>; 2],
 }
 
 impl Writer<'_> {
@@ -42,11 +43,14 @@ impl Writer<'_> {
     }
 
     fn value(&self, operand: Operand) -> String {
+        let from = |part: &str| format!("{part}.{}", name(operand));
+        let [of_plane, of_level] = self.known.each_ref().map(|known| known.contains(&operand));
         match operand {
-            Operand::Axis(axis) => format!("p.{}", ["x", "y", "z"][usize::from(axis)]),
+            _ if of_plane => from("plane"),
+            _ if of_level => from("level"),
+            Operand::Axis(_) => from("p"),
             Operand::Uniform(i) => self.uniform(i),
-            Operand::Value(i) if self.of_plane.get(i as usize) == Some(&true) => format!("plane.v{i}"),
-            Operand::Value(i) => format!("v{i}"),
+            Operand::Value(_) => name(operand),
         }
     }
 
@@ -204,51 +208,75 @@ impl Writer<'_> {
     }
 }
 
-/// `density` in two parts for grids along the world's axes, if that saves anything: `fn density_plane(at: vec3<f32>) ->
-/// DensityPlane`, which takes x and y alone, and `fn density_in_plane(plane: DensityPlane, at: vec3<f32>) -> f32`.
-fn write_planes(program: &Program) -> Option<String> {
+/// `density` in parts, if that saves anything.
+fn write_planes(program: &Program) -> Option<Planes> {
     let tape = &program.tape;
     let parts = parts(tape);
-    let is_of_plane = |i: u32| parts[i as usize] == Part::OnePlane;
     // Leaves may loop long, and an invocation that takes nine of their values longer than lavapipe lets it.
     if !tape.leaves.is_empty() || !parts.contains(&Part::OnePlane) {
         return None;
     }
-    let mut writer = Writer { program, places: buffer_places(program), of_plane: Vec::new() };
-    let mut texts = [const { String::new() }; 2];
-    let mut kept = vec![false; parts.len()];
-    let mut keep = |operand| {
-        if let Operand::Value(i) = operand
-            && is_of_plane(i)
-        {
-            kept[i as usize] = true;
-        }
-    };
-    keep(tape.root);
-    let others = tape.instructions.iter().zip(&parts).filter(|(_, part)| **part != Part::OnePlane);
-    others.flat_map(|(instruction, _)| instruction.operands()).for_each(|&operand| keep(operand));
-    for (part, text) in texts.iter_mut().enumerate() {
-        if part == 1 {
-            writer.of_plane.clone_from(&kept);
-        }
-        for (n, instruction) in tape.instructions.iter().enumerate() {
-            if is_of_plane(n as u32) == (part == 0) {
-                // Writing to a string does not fail.
-                let _ = writeln!(text, "    let v{n} = {};", writer.value_text(instruction));
-            }
+    // What is asked of the first two parts: by what is done at each point, and as the whole.
+    let at_points = tape.instructions.iter().zip(&parts).filter(|(_, part)| **part == Part::Points);
+    let asked = at_points.flat_map(|(instruction, _)| instruction.operands()).chain([&tape.root]);
+    let mut known = [const { Vec::new() }; 2];
+    for &operand in asked {
+        let of = match part_of(&parts, operand) {
+            Some(Part::OnePlane) => &mut known[0],
+            Some(Part::Planes) => &mut known[1],
+            Some(Part::Points) | None => continue,
+        };
+        if !of.contains(&operand) {
+            of.push(operand);
         }
     }
-    let [plane, point] = texts;
-    let kept: Vec<usize> = (0..kept.len()).filter(|&i| kept[i]).collect();
-    let list = |write: fn(&usize) -> String| kept.iter().map(write).collect::<Vec<_>>().join(", ");
-    Some(format!(
-        "struct DensityPlane {{ {} }}\n\n\
-         fn density_plane(at: vec3<f32>) -> DensityPlane {{\n    let p = iso_point(at);\n{plane}    return DensityPlane({});\n}}\n\n\
-         fn density_in_plane(plane: DensityPlane, at: vec3<f32>) -> f32 {{\n    let p = iso_point(at);\n{point}    return {};\n}}\n",
-        list(|i| format!("v{i}: f32")),
-        list(|i| format!("v{i}")),
+    // A struct has a member.
+    let axes = [Operand::Axis(0), Operand::Axis(2)];
+    known
+        .iter_mut()
+        .zip(axes)
+        .filter(|(known, _)| known.is_empty())
+        .for_each(|(known, axis)| known.push(axis));
+
+    let mut writer = Writer { program, places: buffer_places(program), known: Default::default() };
+    let text_of = |writer: &Writer<'_>, wanted: Part| {
+        let some = tape.instructions.iter().enumerate().filter(|(n, _)| parts[*n] == wanted);
+        some.map(|(n, i)| format!("    let v{n} = {};\n", writer.value_text(i))).collect::<String>()
+    };
+    let firsts = [("Plane", "plane", Part::OnePlane), ("Level", "level", Part::Planes)];
+    let mut text: String = firsts
+        .iter()
+        .zip(&known)
+        .map(|((ty, function, part), known)| {
+            let list =
+                |write: &dyn Fn(&Operand) -> String| known.iter().map(write).collect::<Vec<_>>().join(", ");
+            format!(
+                "struct Density{ty} {{ {} }}\n\nfn density_{function}(at: vec3<f32>) -> Density{ty} {{\n    \
+                 let p = iso_point(at);\n{}    return Density{ty}({});\n}}\n\n",
+                list(&|operand| format!("{}: f32", name(*operand))),
+                text_of(&writer, *part),
+                list(&|operand| writer.value(*operand)),
+            )
+        })
+        .collect();
+    let bytes = known.each_ref().map(|known| 4 * known.len() as u32);
+    writer.known = known;
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        text,
+        "fn density_in_plane(plane: DensityPlane, level: DensityLevel) -> f32 {{\n{}    return {};\n}}",
+        text_of(&writer, Part::Points),
         writer.value(tape.root),
-    ))
+    );
+    Some(Planes { text: text.into(), bytes })
+}
+
+/// What a coordinate or a value is called.
+fn name(operand: Operand) -> String {
+    match operand {
+        Operand::Axis(axis) => ["x", "y", "z"][usize::from(axis)].into(),
+        Operand::Uniform(i) | Operand::Value(i) => format!("v{i}"),
+    }
 }
 
 /// An operation's text with its operands in place of `A`, `B` and `V`.
@@ -272,15 +300,15 @@ pub struct Texts {
     pub gradient: String,
     /// `fn density_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32>`.
     pub interval: String,
-    /// `density` by planes ([`crate::field::Wgsl::planes`]).
-    pub planes: Option<String>,
+    /// `density` by planes.
+    pub planes: Option<Planes>,
     /// What `density_interval` reads of `field_data` behind the leaves' data.
     pub code: Vec<u32>,
 }
 
 /// Writes the program.
 pub fn write(program: &Program) -> Texts {
-    let writer = Writer { program, places: buffer_places(program), of_plane: Vec::new() };
+    let writer = Writer { program, places: buffer_places(program), known: Default::default() };
     let tape = &program.tape;
     let [mut value, mut gradient, mut interval] = [const { String::new() }; 3];
     let is_long = tape.instructions.len() > LONGEST_INTERVAL;

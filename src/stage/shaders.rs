@@ -1,8 +1,8 @@
 //! The shader files, and how they are put together: each stage's file behind the shared ones and the
 //! source of samples it reads.
 
-use crate::field::Wgsl;
 use crate::field::differences::Normals;
+use crate::field::{Planes, Wgsl};
 use crate::gpu::Form;
 use crate::stage::method::{Method, Placement};
 use crate::stage::scan::{Scanned, group_and_run};
@@ -43,6 +43,7 @@ const VOLUME: &str = include_str!("../../shaders/source/volume.wgsl");
 const PACKED: &str = include_str!("../../shaders/source/packed.wgsl");
 const BRICKS: &str = include_str!("../../shaders/source/bricks.wgsl");
 const EVALUATE: &str = include_str!("../../shaders/source/evaluate.wgsl");
+const EVALUATE_PLANES: &str = include_str!("../../shaders/source/evaluate_planes.wgsl");
 const GROUP_SERIAL: &str = include_str!("../../shaders/group/serial.wgsl");
 const GROUP_SHARED: &str = include_str!("../../shaders/group/shared.wgsl");
 const GROUP_SUBGROUP: &str = include_str!("../../shaders/group/subgroup.wgsl");
@@ -176,7 +177,7 @@ pub fn sample(wgsl: &Wgsl) -> String {
 
 /// The sample stage of a field in a grid along the world's axes, if the field has parts for it.
 pub fn sample_planes(wgsl: &Wgsl, form: Form) -> Option<String> {
-    let own = field_part(wgsl, wgsl.planes.as_deref()?);
+    let own = field_part(wgsl, &wgsl.planes.as_ref()?.text);
     let lanes = match form {
         Form::Serial => VECTOR,
         Form::Shared | Form::Subgroup => 81,
@@ -245,9 +246,16 @@ pub fn classify(samples: Samples<'_>, method: Method, form: Form) -> String {
     classify_of(&source, &rows(form), method, form)
 }
 
-/// The classify stage that takes a field's samples itself.
-pub fn classify_sampling(wgsl: &Wgsl, form: Form) -> String {
-    let source = link(&[&field_part(wgsl, &wgsl.value), EVALUATE]);
+/// Bytes of workgroup memory that a brick's columns and levels may take: with more, fewer bricks are on their way at once.
+const MOST_SHARED: u32 = 6144;
+
+/// The classify stage that takes a field's samples itself, for grids along the world's axes or for any.
+pub fn classify_sampling(wgsl: &Wgsl, form: Form, is_aligned: bool) -> String {
+    let fits = |planes: &&Planes| 81 * planes.bytes[0] + 9 * planes.bytes[1] <= MOST_SHARED;
+    let source = match wgsl.planes.as_ref().filter(|_| is_aligned).filter(fits) {
+        Some(planes) => link(&[&field_part(wgsl, &planes.text), EVALUATE_PLANES]),
+        None => link(&[&field_part(wgsl, &wgsl.value), EVALUATE]),
+    };
     classify_of(&source, SHARED_ROWS, Method::MarchingCubes, form)
 }
 

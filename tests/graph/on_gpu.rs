@@ -68,10 +68,10 @@ pub fn values(gpu: &Gpu, field: &dyn Field, points: &[[f32; 3]]) -> Vec<f32> {
 
 /// By planes; the text must be there.
 pub fn values_by_planes(gpu: &Gpu, field: &dyn Field, points: &[[f32; 3]]) -> Vec<f32> {
-    let text = field.wgsl().unwrap().planes.unwrap();
-    // What the first part takes has no z.
+    let text = field.wgsl().unwrap().planes.unwrap().text;
+    // What the first part takes has no z, what the second takes z alone.
     let body = "let p = vec3<f32>(source[i], source[i + 1u], source[i + 2u]);
-        out[o] = density_in_plane(density_plane(vec3<f32>(p.xy, 1e30)), p);";
+        out[o] = density_in_plane(density_plane(vec3<f32>(p.xy, 1e30)), density_level(vec3<f32>(1e30, 1e30, p.z)));";
     run(gpu, field, &text, body, points.as_flattened(), [3, 1])
 }
 

@@ -1,10 +1,12 @@
 //! The forms of the kernels ([`Form`]): all give the same bytes.
 
 use crate::common;
-use isoforge::extract::{Extractor, Options, Source};
-use isoforge::field::Field;
+use glam::{Mat3, Vec3};
+use isoforge::extract::{Extractor, Options, Source, extract_on_cpu};
 use isoforge::field::named::Named;
+use isoforge::field::{Field, Sense};
 use isoforge::gpu::Form;
+use isoforge::graph::{GraphField, x, y, z};
 use isoforge::grid::Grid;
 use isoforge::volume::Volume;
 
@@ -23,6 +25,11 @@ fn fields() -> Vec<(Named, Grid)> {
         .into()
 }
 
+fn forms(default: &Extractor) -> Vec<(Form, Extractor)> {
+    let some = |form| Some((form, Extractor::new(default.gpu().with_form(form)?).unwrap()));
+    Form::ALL.into_iter().filter_map(some).collect()
+}
+
 /// Goes red when `rows_at` of `shaders/brick/shared_rows.wgsl` takes row + 8 for row + 9, when `group_before` of
 /// `shaders/group/shared.wgsl` leaves out its last step, and when that of `subgroup.wgsl` does not add the subgroups
 /// before; `reduce` of `shaders/scan.wgsl` without the last value shows in the cube alone.
@@ -30,10 +37,7 @@ fn fields() -> Vec<(Named, Grid)> {
 #[test]
 fn give_the_same_bytes() {
     let Some(default) = common::extractor() else { return };
-    let forms: Vec<(Form, Extractor)> = Form::ALL
-        .into_iter()
-        .filter_map(|form| Some((form, Extractor::new(default.gpu().with_form(form)?).unwrap())))
-        .collect();
+    let forms = forms(default);
     let subgroups = default.gpu().device.features().contains(wgpu::Features::SUBGROUP);
     assert!(forms.len() >= 2 && (forms.len() == 3 || !subgroups), "{forms:?}");
     let check_within = |what: &str, source: &Source<'_>, iso: f32, memory_budget: u64| {
@@ -73,4 +77,48 @@ fn give_the_same_bytes() {
     let needed = check("noise", &source, *iso).peak_bytes;
     let cut = check_within("noise in slabs", &source, *iso, needed * 19 / 20);
     assert!(cut.slabs > 1, "{}", cut.slabs);
+}
+
+/// Fields whose values have parts that take x and y, or z, alone, where classify takes the samples itself: along the world's axes
+/// by these parts, where they are not too large, and elsewhere point by point.
+///
+/// Goes red when `load_rows` (shaders/source/evaluate_planes.wgsl) makes eight levels, takes a column for each row of x, or reads levels
+/// before they are there on all invocations.
+#[test]
+fn fields_in_parts() {
+    let Some(default) = common::extractor() else { return };
+    let forms = forms(default);
+    let waves = |count: i32| {
+        let wave = |k: i32| {
+            let k = f64::from(k);
+            (x() * (k + 0.5) + y()).sin() * (z() * (k + 1.0)).cos() / (k + 1.0)
+        };
+        (1..count).map(wave).fold(wave(0), |sum, next| sum + next)
+    };
+    let cases = [
+        ("both and coordinates", (x() * 3.0).sin() * y() + z() * (z() * 2.0).cos() + x() * y() * z()),
+        ("no z", x().square() + y().square() - 1.0),
+        ("x alone", (x() * 4.0).cos()),
+        ("few waves", waves(5)),
+        ("more waves than workgroups hold", waves(24)),
+    ];
+    let most = [Vec3::splat(-1.9), Vec3::splat(2.1)];
+    let along = Grid::from_bounds([37, 22, 19], most[0], most[1]).unwrap();
+    let mirrored = Grid::new(along.cells().into(), most[1], along.step() * -1.0).unwrap();
+    let turned = Grid::new(along.cells().into(), most[0], Mat3::from_rotation_x(0.3) * along.step()).unwrap();
+    for (what, expr) in cases {
+        let field = GraphField::new(&expr, Sense::Below);
+        assert!(field.wgsl().unwrap().planes.is_some(), "{what}");
+        for grid in [along, mirrored, turned] {
+            let source = Source::Field(&field, grid);
+            let options = Options { cull: false, ..Options::new(0.1) };
+            let expected = extract_on_cpu(&source, &options, &|_| {}).unwrap().0;
+            assert!(!expected.triangles.is_empty(), "{what}");
+            for (form, extractor) in &forms {
+                let mesh = extractor.extract(&source, &options).unwrap().mesh.read(extractor.gpu()).unwrap();
+                assert_eq!(mesh.triangles, expected.triangles, "{what}, {form:?}, {grid:?}");
+                assert!(!extractor.gpu().is_software() || mesh == expected, "{what}, {form:?}, {grid:?}");
+            }
+        }
+    }
 }

@@ -53,12 +53,14 @@ impl Classify {
         Ok(Self(Kernel::new(gpu, &shaders::classify(samples, method, gpu.form()), "classify", &[])?))
     }
 
-    /// Compiles the kernel that takes the samples of a field itself, and leaves them where the sample stage would.
+    /// Compiles the kernel that takes the samples of a field itself, and leaves them where the sample stage would;
+    /// `is_aligned` says whether the grid's axes are the world's.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
-    pub fn sampling(gpu: &Gpu, wgsl: &Wgsl) -> Result<Self, GpuError> {
-        Ok(Self(Kernel::new(gpu, &shaders::classify_sampling(wgsl, gpu.form()), "classify", &[])?))
+    pub fn sampling(gpu: &Gpu, wgsl: &Wgsl, is_aligned: bool) -> Result<Self, GpuError> {
+        let source = shaders::classify_sampling(wgsl, gpu.form(), is_aligned);
+        Ok(Self(Kernel::new(gpu, &source, "classify", &[])?))
     }
 
     /// Classifies one workgroup a brick, as many as lie at `offset` of `dispatches`.
