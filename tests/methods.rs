@@ -6,6 +6,8 @@ mod cap;
 #[path = "methods/closed.rs"]
 mod closed;
 mod common;
+#[path = "methods/ends.rs"]
+mod ends;
 #[path = "methods/parity.rs"]
 mod parity;
 

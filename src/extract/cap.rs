@@ -263,6 +263,10 @@ impl CappedField<'_> {
 }
 
 impl LatticeValues for CappedField<'_> {
+    fn points_as_a_brick(&self) -> usize {
+        self.field.lattice().map_or(0, LatticeValues::points_as_a_brick)
+    }
+
     fn lattice_values(&self, axes: [&[f32]; 3], out: &mut [f32]) -> bool {
         if !self.field.lattice().is_some_and(|lattice| lattice.lattice_values(axes, out)) {
             return false;

@@ -8,7 +8,7 @@ use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
 use crate::stage::cull::bounds::BlockFields;
 use crate::stage::emit::cpu::{
-    Beside, EdgeNumbers, Gradients, Nearby, NormalsOf, emit_indices, emit_vertices,
+    Beside, EdgeNumbers, Gradients, Nearby, NormalsOf, emit_indices, emit_vertices, ends,
 };
 use crate::stage::inside::Inside;
 use crate::stage::normals::cpu::{add_neighbours, average};
@@ -249,8 +249,19 @@ impl<'a> Job<'a> {
         let Kept { bricks, records, counts, .. } = kept;
         let Scratch { sampler, numbers, nearby } = scratch;
         let (params, inside, brick) = (&self.params, self.inside, bricks[slot]);
-        let samples = self.samples(next, sampler)?;
         let beside = Beside::new(nearby, bricks, records, counts, slot);
+        let samples = match self.source {
+            Source::Volume(volume) => Samples::of_source(volume.values(), params, params.brick_origin(brick)),
+            Source::Field(whole, _) => {
+                let here = self.fields.field_in(params, brick, whole);
+                match ends(params.method, params.extent(brick), &records[slot], &beside) {
+                    Some(points) if sampler.saves(params, here, brick, &points) => {
+                        sampler.some(params, here, brick, &points)?
+                    }
+                    _ => sampler.brick(params, here, brick, || self.row_of(whole, next))?,
+                }
+            }
+        };
         let here = (params.brick_origin(brick), &samples);
         let end = counts[slot + 1][0];
         emit_indices(params, inside, here, &beside, numbers, end, triangles);

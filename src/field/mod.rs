@@ -125,6 +125,12 @@ pub trait LatticeValues {
     /// The values at every x of `axes` with every y and every z, x fastest; those that [`Field::values`] gives, bit for
     /// bit. `false`, and nothing known of `out`, where the axes are not made for it.
     fn lattice_values(&self, axes: [&[f32]; 3], out: &mut [f32]) -> bool;
+
+    /// About how many points, taken by [`Field::values`], are as much work as a lattice of the 9³ of a brick, where they are
+    /// sure to be more than a brick's crossed edges have; else 0.
+    fn points_as_a_brick(&self) -> usize {
+        0
+    }
 }
 
 /// A density field over world space.

@@ -122,9 +122,17 @@ impl GraphField {
     }
 }
 
+/// Measured on scenes with blobs: at some 90 points of a brick emit takes half to two thirds of the time.
+pub(super) const POINTS_AS_A_BRICK: usize = 256;
+
 impl LatticeValues for GraphField {
     fn lattice_values(&self, axes: [&[f32]; 3], out: &mut [f32]) -> bool {
         self.lattice_code().is_some_and(|code| code.values(&self.uniforms, axes, out))
+    }
+
+    fn points_as_a_brick(&self) -> usize {
+        // Of operations alone the lattice takes so few at each point that few points are no less.
+        if self.lattice_code().is_some_and(|code| code.has_leaves) { POINTS_AS_A_BRICK } else { 0 }
     }
 }
 

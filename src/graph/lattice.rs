@@ -3,7 +3,7 @@
 //! and so are the bits.
 
 use super::eval::{run, take};
-use super::tape::{Code, Operand, Tape, few_live};
+use super::tape::{Code, Op, Operand, Tape, few_live};
 use multiversion::multiversion;
 use std::cell::RefCell;
 
@@ -19,6 +19,8 @@ pub(super) struct LatticeCode {
     parts: [usize; 2],
     /// The registers of the values that are uniforms of the third part, behind those of the field.
     by_plane: Vec<u32>,
+    /// Whether there are leaves, which cost more than all else.
+    pub(super) has_leaves: bool,
 }
 
 /// What a value is computed for.
@@ -103,7 +105,9 @@ impl LatticeCode {
             // The coordinate itself.
             _ => 2,
         });
-        Some(Self { code, parts: [Part::OnePlane, Part::Points].map(begin), by_plane: by_plane.collect() })
+        let has_leaves = tape.instructions.iter().any(|instruction| matches!(instruction.op, Op::Leaf(_)));
+        let parts = [Part::OnePlane, Part::Points].map(begin);
+        Some(Self { code, parts, by_plane: by_plane.collect(), has_leaves })
     }
 
     /// The values at every x with every y and every z, x fastest; `false` for more planes than are done together.

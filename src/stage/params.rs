@@ -216,6 +216,13 @@ impl Params {
         (UVec3::from(self.slab_first) + UVec3::new(brick % x, brick / x % y, brick / (x * y))) * 8
     }
 
+    /// Points of a brick of the slab along x, y, z: nine, at the grid's end fewer.
+    #[inline(always)]
+    pub fn extent(&self, brick: u32) -> [usize; 3] {
+        let origin = self.brick_origin(brick).to_array();
+        [0, 1, 2].map(|k| (self.points[k] - origin[k]).min(9) as usize)
+    }
+
     /// Whether the grid's axes are those of the world.
     pub fn is_aligned(&self) -> bool {
         [self.step_x[1], self.step_x[2], self.step_y[0], self.step_y[2], self.step_z[0], self.step_z[1]]

@@ -16,6 +16,8 @@ pub struct Samples<'a> {
     plane_pitch: usize,
     /// Samples along x, y, z: 1 to 9.
     pub extent: [usize; 3],
+    /// Whether all are there, or only those that emit asks for.
+    pub is_whole: bool,
 }
 
 impl<'a> Samples<'a> {
@@ -46,13 +48,20 @@ impl<'a> Samples<'a> {
             row_pitch: nx,
             plane_pitch: nx * ny,
             extent: extent(points, origin),
+            is_whole: true,
         }
     }
 
     /// The brick at `origin` as the sample stage wrote it: 9³ values, x fastest.
     #[inline(always)]
     pub fn of_brick(values: &'a [f32; SAMPLES_PER_BRICK], points: [u32; 3], origin: UVec3) -> Self {
-        Self { data: Slice::F32(values), row_pitch: 9, plane_pitch: 81, extent: extent(points, origin) }
+        let data = Slice::F32(values);
+        Self { data, row_pitch: 9, plane_pitch: 81, extent: extent(points, origin), is_whole: true }
+    }
+
+    /// The same, of which not all are there.
+    pub fn in_part(self) -> Self {
+        Self { is_whole: false, ..self }
     }
 
     /// The brick at `origin`, whose samples begin where `values` do, in a row of bricks that are sampled together at so
@@ -60,7 +69,8 @@ impl<'a> Samples<'a> {
     #[inline(always)]
     pub fn of_row(values: &'a [f32], sampled: [usize; 3], points: [u32; 3], origin: UVec3) -> Self {
         let [nx, ny, _] = sampled;
-        Self { data: Slice::F32(values), row_pitch: nx, plane_pitch: nx * ny, extent: extent(points, origin) }
+        let data = Slice::F32(values);
+        Self { data, row_pitch: nx, plane_pitch: nx * ny, extent: extent(points, origin), is_whole: true }
     }
 
     /// Tells for each sample of row (y, z) whether it is inside, a bit each.

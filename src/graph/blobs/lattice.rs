@@ -5,6 +5,7 @@ use super::kernel::{Blobby, InverseSquare, Kernel, Metaball, Profile, SoftObject
 use super::sum::From;
 use super::{Blobs, Few, Stored};
 use crate::field::LatticeValues;
+use crate::graph::field::POINTS_AS_A_BRICK;
 use multiversion::multiversion;
 use std::cell::RefCell;
 use std::ops::Range;
@@ -20,11 +21,19 @@ impl LatticeValues for Blobs {
     fn lattice_values(&self, axes: [&[f32]; 3], out: &mut [f32]) -> bool {
         values(self.kernel, self.from(), axes, out)
     }
+
+    fn points_as_a_brick(&self) -> usize {
+        POINTS_AS_A_BRICK
+    }
 }
 
 impl LatticeValues for Few {
     fn lattice_values(&self, axes: [&[f32]; 3], out: &mut [f32]) -> bool {
         values(self.kernel, From::List(&self.components), axes, out)
+    }
+
+    fn points_as_a_brick(&self) -> usize {
+        POINTS_AS_A_BRICK
     }
 }
 

@@ -35,6 +35,36 @@ impl InsideRows {
         bits
     }
 
+    /// What [`InsideRows::new`] finds, of a brick that is classified: from whether its lowest point is inside, and the crossed
+    /// edges of the bricks from (0,0,0) to (1,1,1) beside it. Of points past the grid's end they say nothing.
+    #[inline(always)]
+    pub fn of_edges(is_inside: bool, beside: [Option<&BrickRecord>; 8]) -> Self {
+        let mut bits = Self { rows: [[0; 2]; 9], last: [[0; 2]; 9] };
+        let row = |brick: usize, y: usize, z: usize| beside[brick].map_or(0, |record| record.rows[y + 8 * z]);
+        // Those along one axis, of the rows of a plane.
+        let plane = |brick: usize, z: usize, axis: usize| {
+            (0..8).fold(0, |plane, y| plane | u64::from(row(brick, y, z) >> (8 * axis) & 0xff) << (8 * y))
+        };
+        // The first row from its first point, then each row from the one before.
+        let mut first = (plane(0, 0, 0) & 0xff) << 1 | u64::from(is_inside);
+        for shift in [1, 2, 4] {
+            first ^= first << shift;
+        }
+        let mut here = first & 0xff | plane(0, 0, 1) << 8;
+        for shift in [8, 16, 32] {
+            here ^= here << shift;
+        }
+        for z in 0..9 {
+            // Of the plane, and of the row behind it.
+            let ([own, next_y], low) = if z < 8 { ([0, 2], z) } else { ([4, 6], 0) };
+            let last = here >> 56 ^ u64::from(row(own, 7, low) >> 8 & 0xff);
+            bits.rows[z] = [here, here ^ plane(own, low, 0)];
+            bits.last[z] = [last, last ^ u64::from(row(next_y, 0, low) & 0xff)];
+            here ^= plane(own, low, 2);
+        }
+        bits
+    }
+
     #[inline(always)]
     fn fill<T: Sample>(&mut self, samples: &Samples<'_>, data: &[T], inside: Inside) {
         let [_, ny, nz] = samples.extent;

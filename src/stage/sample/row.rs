@@ -1,10 +1,12 @@
 //! The samples of bricks one after another: those in a row along x together, where the field is faster so.
 
 use super::cpu::sample;
-use crate::field::{Field, NoForm};
+use crate::field::{Field, NoForm, Points};
+use crate::graph::eval::LANES;
 use crate::grid::{BRICK, SAMPLES_PER_BRICK};
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
+use glam::{UVec3, Vec3};
 
 /// Samples bricks.
 #[derive(Debug)]
@@ -14,11 +16,19 @@ pub struct Sampler {
     first: u32,
     count: u32,
     points: [usize; 3],
+    /// Positions and values of some points of a brick.
+    some: [Vec<f32>; 4],
 }
 
 impl Default for Sampler {
     fn default() -> Self {
-        Self { values: vec![0.0; SAMPLES_PER_BRICK], first: 0, count: 0, points: [0; 3] }
+        Self {
+            values: vec![0.0; SAMPLES_PER_BRICK],
+            first: 0,
+            count: 0,
+            points: [0; 3],
+            some: Default::default(),
+        }
     }
 }
 
@@ -37,8 +47,7 @@ impl Sampler {
         row: impl FnOnce() -> u32,
     ) -> Result<Samples<'_>, NoForm> {
         let origin = params.brick_origin(brick);
-        let is_at_hand = brick.wrapping_sub(self.first) < self.count;
-        if is_at_hand || (field.lattice().is_some() && self.take_row(params, field, brick, row())) {
+        if self.has(brick) || (field.lattice().is_some() && self.take_row(params, field, brick, row())) {
             let first = (BRICK * (brick - self.first)) as usize;
             return Ok(Samples::of_row(&self.values[first..], self.points, params.points, origin));
         }
@@ -46,6 +55,60 @@ impl Sampler {
         let values = self.values.first_chunk_mut().expect("a brick's samples at least");
         sample(params, field, origin, values)?;
         Ok(Samples::of_brick(values, params.points, origin))
+    }
+
+    /// Whether [`Sampler::some`] at these points is less work than [`Sampler::brick`].
+    pub fn saves(&self, params: &Params, field: &dyn Field, brick: u32, points: &[u16; 81]) -> bool {
+        let count = points.iter().map(|row| row.count_ones() as usize).sum::<usize>();
+        let lattice = field.lattice().filter(|_| params.is_aligned());
+        !self.has(brick)
+            && lattice.is_none_or(|lattice| count.next_multiple_of(LANES) <= lattice.points_as_a_brick())
+    }
+
+    fn has(&self, brick: u32) -> bool {
+        brick.wrapping_sub(self.first) < self.count
+    }
+
+    /// The samples of a brick at some of its points, a bit each of row y + 9 z: the same values as where all are taken.
+    ///
+    /// # Errors
+    /// [`NoForm::Cpu`].
+    pub fn some(
+        &mut self,
+        params: &Params,
+        field: &dyn Field,
+        brick: u32,
+        points: &[u16; 81],
+    ) -> Result<Samples<'_>, NoForm> {
+        let origin = params.brick_origin(brick);
+        let [x, y, z, found] = &mut self.some;
+        [&mut *x, &mut *y, &mut *z].into_iter().for_each(Vec::clear);
+        let along = (field.lattice().is_some() && params.is_aligned())
+            .then(|| [0, 1, 2].map(|k| axis(params, origin, k)));
+        each(points, |[i, j, k]| {
+            let p = match &along {
+                Some([x, y, z]) => [x[i], y[j], z[k]],
+                None => {
+                    let point = origin + UVec3::new(i as u32, j as u32, k as u32);
+                    params.grid_position(point.as_vec3(), Vec3::ZERO).to_array()
+                }
+            };
+            x.push(p[0]);
+            y.push(p[1]);
+            z.push(p[2]);
+        });
+        found.resize(x.len(), 0.0);
+        field.values(Points { x, y, z }, found)?;
+        self.count = 0;
+        let values: &mut [f32; SAMPLES_PER_BRICK] =
+            self.values.first_chunk_mut().expect("a brick's samples at least");
+        let mut found = found.iter();
+        each(points, |[i, j, k]| {
+            if let Some(&value) = found.next() {
+                values[i + 9 * (j + 9 * k)] = value;
+            }
+        });
+        Ok(Samples::of_brick(values, params.points, origin).in_part())
     }
 
     /// Samples `count` bricks from `first` on; `false` if the field or the grid is not made for it.
@@ -68,5 +131,23 @@ impl Sampler {
         }
         (self.first, self.count) = (first, count);
         lattice.lattice_values([&x, &y, &z], &mut self.values[..all])
+    }
+}
+
+/// The coordinates of a brick's points along an axis of a grid along the world's axes.
+fn axis(params: &Params, origin: UVec3, k: usize) -> [f32; 9] {
+    let steps = [params.step_x[0], params.step_y[1], params.step_z[2]];
+    let coordinate = |i: u32| params.origin[k] + (steps[k] * ((origin[k] + i) as f32 - params.margin) + 0.0);
+    [0, 1, 2, 3, 4, 5, 6, 7, 8].map(coordinate)
+}
+
+/// Hands on each of the points that have a bit in row y + 9 z.
+fn each(points: &[u16; 81], mut take: impl FnMut([usize; 3])) {
+    for (row, &bits) in points.iter().enumerate() {
+        let mut left = bits;
+        while left != 0 {
+            take([left.trailing_zeros() as usize, row % 9, row / 9]);
+            left &= left - 1;
+        }
     }
 }

@@ -76,6 +76,12 @@ impl<'a> Beside<'a> {
         Self(slots.map(|slot| slot.map(|slot| (&records[slot], offsets[slot][0]))))
     }
 
+    /// The records alone.
+    #[inline(always)]
+    pub(super) fn records(&self) -> [Option<&'a BrickRecord>; 8] {
+        self.0.map(|brick| brick.map(|(record, _)| record))
+    }
+
     /// One after the other, x fastest.
     pub(super) fn each(&self) -> impl Iterator<Item = Option<(&'a BrickRecord, u32)>> + '_ {
         self.0.iter().copied()
@@ -250,7 +256,11 @@ fn indices(
     mut of_cell: impl FnMut(u8, [usize; 3], &EdgeNumbers, &mut [[u32; 3]]) -> Option<usize>,
 ) {
     let table = &*MARCHING_CUBES;
-    let rows = InsideRows::new(samples, inside);
+    // A volume's samples are read in order here, so that the vertices find them in the cache.
+    let rows = match samples.is_whole {
+        true => InsideRows::new(samples, inside),
+        false => InsideRows::of_edges(inside.test(samples.at(0, 0, 0)), beside.records()),
+    };
     numbers.fill(beside);
     let mut left = triangles;
     for z in 0..8 {

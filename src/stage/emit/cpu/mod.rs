@@ -1,12 +1,14 @@
 //! CPU twin of `shaders/emit.wgsl`.
 
 mod centres;
+mod ends;
 mod indices;
 mod snap;
 mod tetrahedra;
 mod vertices;
 
 pub use centres::NormalsOf;
+pub use ends::ends;
 pub use indices::{Beside, EdgeNumbers, Nearby};
 pub use vertices::{FAR, Gradients, renumber_brick};
 

@@ -1,0 +1,58 @@
+//! The points of a brick whose samples emit asks for: the ends of its crossed edges, few of 9³.
+
+use super::indices::Beside;
+use super::tetrahedra;
+use crate::stage::classify::BrickRecord;
+use crate::stage::classify::cpu::{InsideRows, PlaneShape, cell_case, mixed_cells};
+use crate::stage::method::Method;
+use crate::table::mc33::MC33;
+
+/// Both ends of each crossed edge that the brick owns, and the first point, by which it is known which ends are inside: a bit each
+/// of row y + 9 z. `None` where emit asks for more: of a cell that its case does not decide all corners count.
+pub fn ends(
+    method: Method,
+    extent: [usize; 3],
+    record: &BrickRecord,
+    beside: &Beside<'_>,
+) -> Option<[u16; 81]> {
+    let mut points = [0; 81];
+    points[0] = 1;
+    match method {
+        Method::Tetrahedra => {
+            for ([x, y, z], direction) in tetrahedra::Edges::new(record.tetrahedra(), extent) {
+                let row = (y + 9 * z) as usize;
+                points[row] |= 1 << x;
+                points[row + (direction >> 1 & 1) + 9 * (direction >> 2)] |=
+                    1 << (x as usize + (direction & 1));
+            }
+        }
+        Method::Mc33 if has_undecided(extent, beside) => return None,
+        Method::MarchingCubes | Method::Mc33 => {
+            for (i, edges) in record.rows.iter().enumerate() {
+                let row = i % 8 + 9 * (i / 8);
+                let [x, y, z] = [0, 8, 16].map(|shift| (edges >> shift & 0xff) as u16);
+                points[row] |= x | x << 1 | y | z;
+                points[row + 1] |= y;
+                points[row + 9] |= z;
+            }
+        }
+    }
+    Some(points)
+}
+
+/// Whether there is a cell that its case does not decide. Which points are inside the edges do not tell, and need not: a case and that
+/// in which inside and outside have changed places are decided or not together.
+fn has_undecided(extent: [usize; 3], beside: &Beside<'_>) -> bool {
+    let rows = InsideRows::of_edges(false, beside.records());
+    (0..8).any(|z| {
+        let corners = rows.corners(z);
+        let mut mixed = mixed_cells(&corners, PlaneShape::new(extent, z));
+        while mixed != 0 {
+            if !MC33.is_decided(cell_case(&corners, mixed.trailing_zeros())) {
+                return true;
+            }
+            mixed &= mixed - 1;
+        }
+        false
+    })
+}
