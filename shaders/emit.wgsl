@@ -39,6 +39,10 @@ fn crossing(a: f32, b: f32) -> f32 {
         // The ends straddle iso: where they lie this close together, all three are small.
         t = (scaled(call.iso) - scaled(a)) / (scaled(b) - scaled(a));
     }
+    if !is_finite(bitcast<u32>(b - a)) {
+        // Both are large, and of either sign.
+        t = (0.5 * call.iso - 0.5 * a) / (0.5 * b - 0.5 * a);
+    }
     let sure = is_finite(bitcast<u32>(a)) && is_finite(bitcast<u32>(b)) && is_finite(bitcast<u32>(t));
     return select(0.5, clamp(t, 0.0, 1.0), sure);
 }

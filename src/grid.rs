@@ -34,6 +34,14 @@ pub enum GridError {
         /// Which quantity.
         what: &'static str,
     },
+    /// So far from the origin that neighbouring points are one and the same in `f32`.
+    #[error(
+        "the grid is so far from the origin that a step along {axis} changes no coordinate: move it nearer, or take longer steps"
+    )]
+    TooFar {
+        /// `x`, `y` or `z`.
+        axis: char,
+    },
     /// The steps span no volume.
     #[error("the grid's steps span no volume: each side must be longer than zero")]
     Flat,
@@ -59,7 +67,7 @@ impl Grid {
     ///
     /// # Errors
     /// [`GridError`] if an axis has no cell or more than [`MAX_CELLS`], if a number is not
-    /// finite, or if the steps span no volume.
+    /// finite, if the steps span no volume, or are lost so far from the origin.
     pub fn new(cells: [u32; 3], origin: Vec3, step: Mat3) -> Result<Self, GridError> {
         for (axis, &n) in ['x', 'y', 'z'].iter().zip(&cells) {
             if n == 0 || n > MAX_CELLS {
@@ -81,6 +89,11 @@ impl Grid {
         let determinant = step.as_dmat3().determinant();
         if determinant == 0.0 || !determinant.is_finite() || !inverse.as_mat3().is_finite() {
             return Err(GridError::Flat);
+        }
+        for (axis, way) in ['x', 'y', 'z'].into_iter().zip([step.x_axis, step.y_axis, step.z_axis]) {
+            if origin + way == origin || far - way == far {
+                return Err(GridError::TooFar { axis });
+            }
         }
         Ok(Self { cells, origin, step, margin: 0.0 })
     }

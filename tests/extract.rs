@@ -11,6 +11,8 @@ mod differences;
 mod fail;
 #[path = "extract/reuse.rs"]
 mod reuse;
+#[path = "extract/shared.rs"]
+mod shared;
 #[path = "extract/singular.rs"]
 mod singular;
 #[path = "extract/typed.rs"]

@@ -337,6 +337,11 @@ fn fields_without_surface_and_bad_settings() {
     }
     let settings = Settings { budget: 0, ..Settings::new(&grid) };
     assert_eq!(extract(&surface, &grid, &settings, &|_| {}), Err(OctreeError::Budget));
+    for iso in [f32::NAN, f32::INFINITY] {
+        let surface = Surface::new(&f, iso, Sense::Below, 1e-3).unwrap();
+        let found = extract(&surface, &grid, &Settings::new(&grid), &|_| {});
+        assert!(matches!(found, Err(OctreeError::Iso(_))));
+    }
     let loops =
         "fn density(p: vec3<f32>) -> f32 { var s = 0.0; while s < p.x { s += 0.1; } return s - 0.5; }";
     let black = UserField::new(loops, "black", Sense::Below).unwrap();

@@ -52,7 +52,8 @@ pub enum Capped<'a> {
 }
 
 impl<'a> Capped<'a> {
-    /// `source` with a layer of outside points around it, for an extraction with `options`: two cells more along each axis. A
+    /// `source` with a layer of outside points around it, for an extraction with `options`: two cells more along each axis. With
+    /// another iso value or sense than theirs the layer is not outside, and the mesh is another. A
     /// volume is copied, as `f32`; both must fit the memory budget, and the extraction has what is left of it.
     ///
     /// # Errors

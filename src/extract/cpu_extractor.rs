@@ -32,9 +32,10 @@ pub fn extract_on_cpu(
 /// use glam::Vec3;
 /// let (sphere, grid) = (Named::new("sphere")?, Grid::from_bounds([32; 3], Vec3::splat(-1.5), Vec3::splat(1.5))?);
 /// let mut extractor = CpuExtractor::default();
-/// for iso in [0.0, 0.1, 0.2] {
+/// for iso in [0.8, 0.9, 1.0] {
 ///     extractor.extract(&Source::Field(&sphere, grid), &Options::new(iso), &|_| {})?;
 ///     println!("{} triangles", extractor.mesh().triangles.len());
+///     assert!(!extractor.mesh().triangles.is_empty());
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

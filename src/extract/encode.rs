@@ -65,6 +65,8 @@ impl Extractor {
     /// Records an extraction into the caller's encoder: no readback, no waiting. The mesh's header holds
     /// the draw arguments; when a buffer is too short, it draws nothing and says what is needed.
     ///
+    /// A field's parameters and a volume's samples are those that [`Extractor::set_source`] set last when the encoder is submitted.
+    ///
     /// Frames after the first with the same workspace and mesh make no buffer and no bind group, whatever iso value, sense or
     /// parameters, if the device has immediates ([`crate::gpu::Gpu::has_immediates`]); without, small buffers and bind
     /// groups each time. Another step of differences or another mesh makes them once more. The workspace keeps the last

@@ -159,30 +159,51 @@ impl Extractor {
         };
         let plan = Plan::new(source.grid(), source.scalar(), limits, most)?;
         let uploaded = old.filter(|_| plan.slab_count() == 1).and_then(Workspace::into_uploaded);
-        let is_there = uploaded.is_some();
         let workspace = Workspace::new(gpu, source, plan, kernels, data, uploaded)?;
-        self.set_source(&workspace, source)?;
         let mut upload = None;
-        if workspace.plan.slab_count() == 1 && !is_there {
-            self.upload_timed(&workspace, source, workspace.plan.slab(0), &mut upload)?;
-        }
+        self.take_source(&workspace, source, &mut upload)?;
         Ok((workspace, upload))
     }
 
-    /// Checks that `space` was made for such a source, and takes over a field's parameters.
+    /// Checks that `space` was made for such a source, and takes over a field's parameters and sense, or another volume's samples.
     ///
-    /// A workspace serves any source with the same grid and, for fields, the same WGSL: so a changed
-    /// parameter compiles and allocates nothing. [`Extractor::extract_in`] does this by itself; before
-    /// [`Extractor::encode`] it is the caller's to do. A volume's samples are those it was prepared with.
+    /// A workspace serves any source with the same grid and, for fields, the same WGSL, for volumes the same type of samples:
+    /// so a changed parameter compiles and allocates nothing, and a volume is uploaded where it is not the one that lies there.
+    /// [`Extractor::extract_in`] does this by itself; before [`Extractor::encode`] it is the caller's to do.
+    ///
+    /// The new parameters and samples reach the GPU before all that is submitted afterwards, **also what was recorded before**: submit
+    /// what an encoder has of the old ones first, or have a workspace for each. Iso value and other options are recorded.
     ///
     /// # Errors
     /// [`ExtractError::OtherSource`], [`ExtractError::TooManyParameters`], [`ExtractError::NoForm`],
     /// [`ExtractError::Gpu`].
     pub fn set_source(&self, space: &Workspace, source: &Source<'_>) -> Result<(), ExtractError> {
+        let _turn = space.turn();
+        self.take_source(space, source, &mut None)
+    }
+
+    /// [`Extractor::set_source`]; adds the seconds of an upload.
+    pub(super) fn take_source(
+        &self,
+        space: &Workspace,
+        source: &Source<'_>,
+        seconds: &mut Option<f64>,
+    ) -> Result<(), ExtractError> {
         if source.scalar() != space.scalar || *source.grid() != space.grid {
             return Err(ExtractError::OtherSource);
         }
-        let Source::Field(field, _) = source else { return Ok(()) };
+        let field = match source {
+            Source::Field(field, _) => field,
+            // Of several slabs each is uploaded when its turn comes.
+            Source::Volume(volume) => {
+                if space.plan.slab_count() == 1 && space.taken().volume != Some(volume.id()) {
+                    space.taken().volume = None;
+                    self.upload_timed(space, source, space.plan.slab(0), seconds)?;
+                    space.taken().volume = Some(volume.id());
+                }
+                return Ok(());
+            }
+        };
         let wgsl = field.wgsl()?;
         let same_data = Arc::ptr_eq(&wgsl.data, &space.field_data) || wgsl.data == space.field_data;
         if !same_data || !Arc::ptr_eq(&self.field_kernels(&wgsl)?, &space.kernels) {
@@ -193,6 +214,7 @@ impl Extractor {
         if given >= 4 * PARAMETER_VECTORS {
             return Err(ExtractError::TooManyParameters { given });
         }
+        space.taken().sense = field.sense();
         Ok(self.gpu.write(&space.field_parameters, bytemuck::cast_slice(&wgsl.parameters))?)
     }
 

@@ -104,7 +104,8 @@ pub struct Options {
     pub sense: Option<Sense>,
     /// What the normals of a field come from; those of a volume are differences of its samples.
     pub normals: Normals,
-    /// Whether a field's bricks are culled by its intervals. It changes no mesh, only the time.
+    /// Whether a field's bricks are culled by its intervals. It changes no mesh, only the time; without, all of a large grid's bricks want
+    /// room in the workspace that [`Extractor::encode`] works in ([`Extractor::prepare_for`]).
     pub cull: bool,
     /// The most bytes that buffers (of GPU or CPU, the mesh included) may take.
     pub memory_budget: u64,

@@ -96,7 +96,7 @@ pub struct Plan {
 
 /// What limits a plan.
 #[derive(Debug, Clone, Copy)]
-pub struct Limits<'a> {
+pub(crate) struct Limits<'a> {
     /// Bytes that the adapter binds at most.
     pub binding: u64,
     /// Bytes for all buffers.
@@ -109,7 +109,7 @@ pub struct Limits<'a> {
 
 /// The most that a slab of a [`Plan`] may be.
 #[derive(Debug, Clone, Copy)]
-pub struct Most {
+pub(crate) struct Most {
     /// Bricks that it owns along each axis.
     pub own: UVec3,
     /// Active bricks.
@@ -141,7 +141,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`ExtractError::Budget`], [`ExtractError::Binding`] if even the least slab is too much.
-    pub fn new(
+    pub(crate) fn new(
         grid: &Grid,
         volume: Option<Scalar>,
         limits: Limits<'_>,

@@ -129,10 +129,11 @@ impl Extractor {
     }
 
     /// Extracts with the buffers of `space`, which `source` was prepared for: counts, reads the totals
-    /// back once, allocates exactly, emits. `progress` hears how much is done, from 0 to 1.
+    /// back once, allocates exactly, emits. `progress` hears how much is done, from 0 to 1. `source` may be another than the one
+    /// before, as [`Extractor::set_source`] says. Calls from several threads on one workspace wait for each other.
     ///
     /// # Errors
-    /// [`ExtractError::Iso`], [`ExtractError::Delta`], [`ExtractError::Gpu`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
+    /// [`ExtractError::OtherSource`], [`ExtractError::Iso`], [`ExtractError::Delta`], [`ExtractError::Gpu`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
     /// [`ExtractError::Slots`], [`ExtractError::Runaway`]; [`ExtractError::Binding`] if a slab's part of the mesh is more than
     /// the adapter binds; [`ExtractError::MeshBuffer`] if the whole is more than a buffer of it.
     pub fn extract_in(
@@ -160,6 +161,7 @@ impl Extractor {
         read_back: bool,
         progress: &dyn Fn(f64),
     ) -> Result<Run, ExtractError> {
+        let _turn = space.turn();
         let done = self.run_slabs(space, source, options, read_back, progress);
         // They would keep a mesh alive that nobody wants any more.
         space.groups.forget();
@@ -175,12 +177,12 @@ impl Extractor {
         progress: &dyn Fn(f64),
     ) -> Result<Run, ExtractError> {
         check(source, options)?;
-        self.set_source(space, source)?;
+        let mut seconds = [None; STAGES.len()];
+        self.take_source(space, source, &mut seconds[at::UPLOAD])?;
         let gpu = &self.gpu;
         let kernels = RunKernels::new(self, space, options)?;
         let slabs = space.plan.slab_count();
         let cut = slabs > 1;
-        let mut seconds = [None; STAGES.len()];
         let mut timer = Timer::new(gpu)?;
         let mut steps = 0;
         let mut stepped = || {

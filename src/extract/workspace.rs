@@ -2,7 +2,7 @@
 
 use super::plan::{Plan, Slab};
 use super::{Extractor, Method, Options, Source};
-use crate::field::{PARAMETER_VECTORS, Wgsl};
+use crate::field::{PARAMETER_VECTORS, Sense, Wgsl};
 use crate::gpu::kernel::{Bindings, Groups, binding as b};
 use crate::gpu::settings::Uniforms;
 use crate::gpu::{Gpu, GpuError, MESH_HEADER_BYTES, Settings};
@@ -16,7 +16,7 @@ use crate::stage::params::{Params, Work};
 use crate::stage::sample::{Sample, Samplers};
 use crate::stage::shaders::{self, Samples};
 use crate::volume::Scalar;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use wgpu::BufferUsages as U;
 
 /// Where samples come from, as kernels that are compiled later need it.
@@ -107,11 +107,24 @@ impl SourceKernels {
     }
 }
 
+/// What a workspace takes over of a source.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Taken {
+    pub(super) sense: Sense,
+    /// The volume whose samples lie on the GPU, all of them.
+    pub(super) volume: Option<u64>,
+}
+
 /// The buffers for extracting one source: its samples where it is a volume, and the scratch.
+///
+/// What one extraction leaves in them the next overwrites: [`Extractor::extract_in`] of several threads waits for its turn, and
+/// what [`Extractor::encode`] records works in the order in which it is submitted. While an `extract_in` runs, nothing that was
+/// recorded with the same workspace may be submitted.
 #[derive(Debug)]
 pub struct Workspace {
     pub(super) grid: Grid,
-    pub(super) sense: crate::field::Sense,
+    pub(super) taken: Mutex<Taken>,
+    turn: Mutex<()>,
     /// Whether the grid's axes are the world's.
     pub(super) is_aligned: bool,
     pub(crate) is_volume: bool,
@@ -191,6 +204,10 @@ impl Workspace {
         };
         let scalar = source.scalar();
         let is_volume = scalar.is_some();
+        let volume = match source {
+            Source::Volume(volume) if uploaded.is_some() => Some(volume.id()),
+            Source::Volume(_) | Source::Field(..) => None,
+        };
         let Uploaded { source: samples, ranges, odd } = match uploaded {
             Some(uploaded) => uploaded,
             None => Uploaded {
@@ -204,7 +221,8 @@ impl Workspace {
         let words = BrickMap::word_count(bricks);
         let workspace = Workspace {
             grid: *source.grid(),
-            sense: source.sense(),
+            taken: Mutex::new(Taken { sense: source.sense(), volume }),
+            turn: Mutex::default(),
             is_aligned,
             is_volume,
             scalar,
@@ -242,6 +260,16 @@ impl Workspace {
         gpu.write(&workspace.work_start, bytemuck::bytes_of(&work_start))?;
         gpu.write(&workspace.field_data_buffer, bytemuck::cast_slice(&workspace.field_data))?;
         Ok(workspace)
+    }
+
+    /// What the workspace has of its source.
+    pub(super) fn taken(&self) -> MutexGuard<'_, Taken> {
+        self.taken.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// To be held by what changes the source or runs from count to emit.
+    pub(super) fn turn(&self) -> MutexGuard<'_, ()> {
+        self.turn.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Where in `Work` the count of samples that are not finite lies.
@@ -299,7 +327,7 @@ impl Workspace {
     }
 
     pub(crate) fn params(&self, options: &Options, slab: Slab) -> Params {
-        let sense = options.sense.unwrap_or(self.sense);
+        let sense = options.sense.unwrap_or(self.taken().sense);
         Params {
             own_bricks: slab.own_bricks,
             slab_first: slab.first.into(),

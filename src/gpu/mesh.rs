@@ -38,6 +38,18 @@ pub struct MeshHeader {
     pub reserved: u32,
 }
 
+impl MeshHeader {
+    /// Whether all of the mesh is there: nothing was too short for it, and no loop of the field ran away.
+    pub fn is_whole(&self) -> bool {
+        self.overflow == 0 && self.runaway == 0
+    }
+
+    /// Whether that capacity was too short.
+    pub fn is_short_of(&self, capacity: Overflow) -> bool {
+        self.overflow & capacity as u32 != 0
+    }
+}
+
 /// Bytes of [`MeshHeader`].
 pub const MESH_HEADER_BYTES: u64 = size_of::<MeshHeader>() as u64;
 
@@ -148,7 +160,8 @@ impl GpuMesh {
         vertices + triangles + vertices.max(triangles).min(READ_BYTES)
     }
 
-    /// Reads the mesh back. A mesh that overflowed comes back empty.
+    /// Reads the mesh back. One that overflowed, or whose field's loops ran away, comes back empty: [`MeshHeader::is_whole`] of
+    /// [`GpuMesh::read_header`] tells.
     ///
     /// # Errors
     /// As [`Gpu::read`].

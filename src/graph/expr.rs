@@ -95,7 +95,7 @@ impl Expr {
     }
 
     /// A number with a name, which can be changed later without compiling anything. The same name means the
-    /// same parameter throughout a field; its first default counts.
+    /// same parameter throughout a field: give it the same default each time, for only one of them counts.
     pub fn parameter(name: &str, default: f64) -> Self {
         Self::new(Node::Parameter { name: name.into(), default })
     }

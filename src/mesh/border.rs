@@ -9,7 +9,8 @@ use rayon::prelude::*;
 const ON_BORDER: f32 = 1e-3;
 
 impl Mesh {
-    /// Edges of one triangle alone that lie on the border of `grid`'s domain, where extraction leaves a surface open.
+    /// Edges of one triangle alone that lie on the border of `grid`'s domain, where extraction leaves a surface open. Triangles that
+    /// name a vertex which does not exist are not looked at.
     pub fn open_edges_at_border(&self, grid: &Grid) -> u64 {
         let to_steps = grid.step().as_dmat3().inverse().as_mat3();
         let cells = grid.cells().as_vec3();
@@ -21,7 +22,10 @@ impl Mesh {
         let planes: Vec<u8> = self.vertices.par_iter().map(planes).collect();
         let mut edges = Vec::new();
         for triangle in &self.triangles {
-            let at = triangle.map(|corner| planes[corner as usize]);
+            let [Some(a), Some(b), Some(c)] = triangle.map(|corner| planes.get(corner as usize)) else {
+                continue;
+            };
+            let at = [a, b, c];
             for i in 0..3 {
                 let j = (i + 1) % 3;
                 if at[i] & at[j] != 0 {

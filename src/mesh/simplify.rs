@@ -30,7 +30,7 @@ pub struct Budget {
 }
 
 /// A mesh that this cannot be done with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Unfit {
     /// A triangle names a vertex that does not exist.
     #[error(
@@ -46,6 +46,9 @@ pub enum Unfit {
         /// The first such vertex, from 0.
         vertex: usize,
     },
+    /// [`Budget::error`] is NaN or negative.
+    #[error("the surface may not move by {0}: give a distance from 0 on, or infinity for any")]
+    Error(f32),
     /// More indices than can be worked with.
     #[error("the mesh is too large: take a coarser one")]
     TooLarge,
@@ -78,9 +81,12 @@ impl Mesh {
     /// vertices or winding are not in order, the triangles stay as they are.
     ///
     /// # Errors
-    /// [`Unfit::BadIndex`], [`Unfit::NotFinite`]; the mesh is as it was.
+    /// [`Unfit::BadIndex`], [`Unfit::NotFinite`], [`Unfit::Error`]; the mesh is as it was.
     pub fn simplify(&mut self, budget: &Budget) -> Result<f32, Unfit> {
         fit(self)?;
+        if budget.error.is_nan() || budget.error < 0.0 {
+            return Err(Unfit::Error(budget.error));
+        }
         let is_proper = |&[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
         self.triangles.retain(is_proper);
         let mut queue = Queue::of(self, budget);

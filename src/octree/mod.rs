@@ -80,7 +80,10 @@ impl Settings {
         }
     }
 
-    fn check(&self) -> Result<(), OctreeError> {
+    fn check(&self, surface: &Surface<'_>) -> Result<(), OctreeError> {
+        if !surface.iso().is_finite() {
+            return Err(OctreeError::Iso(surface.iso()));
+        }
         if !(self.error.is_finite() && self.error > 0.0) {
             return Err(OctreeError::Error(self.error));
         }
@@ -101,6 +104,9 @@ pub enum OctreeError {
     /// ε is not a length.
     #[error("the error bound is {0}: give a finite length over 0, in world units")]
     Error(f32),
+    /// The iso value is NaN or infinite.
+    #[error("the iso value is {0}: give a finite number")]
+    Iso(f32),
     /// No nodes allowed.
     #[error("the budget is 0 nodes: allow at least 1")]
     Budget,
@@ -153,7 +159,7 @@ pub fn extract(
     settings: &Settings,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(Mesh, OctreeReport), OctreeError> {
-    settings.check()?;
+    settings.check(surface)?;
     let mut tree = Tree::new(surface, grid)?;
     let criterion = Criterion { surface, grid, error: settings.error, coarsest: settings.coarsest(&tree) };
     let verdict = |fields: &fields::Fields, nodes: &[tree::Sampled<'_>]| criterion.verdicts(fields, nodes);

@@ -12,6 +12,9 @@ pub enum RefineError {
     /// The flatness is no cosine of an angle below 180 degrees.
     #[error("flatness is {0}: give the cosine of the allowed angle between normals, above -1 and at most 1")]
     Flatness(f32),
+    /// The iso value is NaN or infinite.
+    #[error("the iso value is {0}: give a finite number")]
+    Iso(f32),
     /// The tolerance is NaN, infinite, 0 or below.
     #[error("epsilon is {0}: give a finite distance over 0, in world units")]
     Epsilon(f32),

@@ -137,6 +137,14 @@ impl Settings {
             _ => Ok(()),
         }
     }
+
+    /// [`Settings::check`], and whether there is such a surface.
+    fn check_for(&self, surface: &Surface<'_>) -> Result<(), RefineError> {
+        if !surface.iso().is_finite() {
+            return Err(RefineError::Iso(surface.iso()));
+        }
+        self.check()
+    }
 }
 
 /// The mesh after a level.
@@ -187,7 +195,7 @@ pub fn refine(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(Mesh, RefineReport), RefineError> {
     let since = Instant::now();
-    settings.check()?;
+    settings.check_for(surface)?;
     let mut mesh = proper(mesh, settings)?;
     let mut report = RefineReport { improper: mesh.1, ..RefineReport::default() };
     let mesh = &mut mesh.0;

@@ -23,6 +23,7 @@ pub use values::{Sample, Slice, Values};
 use crate::grid::Grid;
 use std::path::Path;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The file endings that [`open`] knows, in lower case.
 pub const ENDINGS: &[&str] = &[".nii", ".nii.gz", ".tif", ".tiff", ".nrrd", ".nhdr", ".raw", ".bin"];
@@ -33,6 +34,14 @@ pub struct Volume {
     grid: Grid,
     values: Values,
     ranges: OnceLock<BrickRanges>,
+    /// Which values these are: those of copies are the same.
+    id: u64,
+}
+
+/// A number that no other has.
+fn new_id() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 /// Lowest and highest order key of each brick's samples, and the samples that are not finite.
@@ -66,7 +75,7 @@ impl Volume {
         if values.len() as u64 != grid.point_count() {
             return Err(VolumeSizeError { values: values.len(), points: grid.point_count() });
         }
-        Ok(Self { grid, values, ranges: OnceLock::new() })
+        Ok(Self::window(grid, values))
     }
 
     /// The grid that the values lie on: spacing, origin and orientation of the file.
@@ -86,16 +95,26 @@ impl Volume {
 
     /// The values of a part of a larger grid, for a run that knows which; there may be any number of them.
     pub(crate) fn window(grid: Grid, values: Values) -> Self {
-        Self { grid, values, ranges: OnceLock::new() }
+        Self { grid, values, ranges: OnceLock::new(), id: new_id() }
+    }
+
+    pub(crate) fn id(&self) -> u64 {
+        self.id
     }
 
     pub(crate) fn values_mut(&mut self) -> &mut Values {
+        self.id = new_id();
         &mut self.values
     }
 
-    /// The table that the CPU's cull stage reads, built by `build` on the first call.
+    /// The table that the CPU's cull stage reads, built by `build` on the first call, and by others that come meanwhile: `build`
+    /// waits for rayon's threads, which may begin another extraction of this volume on the very thread that would hold a lock.
     pub(crate) fn ranges(&self, build: impl FnOnce(&Values) -> BrickRanges) -> &BrickRanges {
-        self.ranges.get_or_init(|| build(&self.values))
+        if let Some(ranges) = self.ranges.get() {
+            return ranges;
+        }
+        let ranges = build(&self.values);
+        self.ranges.get_or_init(|| ranges)
     }
 
     /// The lowest and the highest finite value; `None` if no value is finite.

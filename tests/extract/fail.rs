@@ -26,6 +26,44 @@ fn the_default_limits_of_webgpu_are_enough() {
     }
 }
 
+/// Goes red when `Grid::new` looks at the nearest corner alone.
+#[test]
+fn grids_whose_points_are_one() {
+    let far = |origin, step: Vec3| Grid::new([8; 3], origin, Mat3::from_diagonal(step));
+    for (axis, origin, step) in [
+        ('x', Vec3::splat(1e9), Vec3::ONE),
+        ('y', Vec3::new(0.0, -1e9, 0.0), Vec3::ONE),
+        ('z', Vec3::new(0.0, 0.0, 3.9999998), Vec3::new(1.0, 1.0, 2e-7)),
+    ] {
+        assert_eq!(far(origin, step), Err(GridError::TooFar { axis }));
+    }
+    // A map's metres, and a step that is lost on one of the world's axes alone.
+    assert!(far(Vec3::new(5e5, 5.5e6, 0.0), Vec3::ONE).is_ok());
+    let leaning = Mat3::from_cols(Vec3::new(1e-9, 1.0, 0.0), Vec3::X, Vec3::Z);
+    assert!(Grid::new([8; 3], Vec3::splat(10.0), leaning).is_ok());
+}
+
+/// Where the difference of an edge's ends overflows the vertex lies between them all the same.
+///
+/// Goes red when `crossing` leaves the halves out (src/stage/emit/cpu/vertices.rs, shaders/emit.wgsl), and when `cross` there does not
+/// take it for a rare case.
+#[test]
+fn between_the_largest_numbers() {
+    let mut values = vec![-f32::MAX; 8];
+    values[0] = f32::MAX;
+    let volume = isoforge::volume::Volume::new(grid([1; 3]), values).unwrap();
+    let source = Source::Volume(&volume);
+    for (iso, place) in [(0.0, 0.5), (f32::MAX / 2.0, 0.25), (-f32::MAX / 2.0, 0.75)] {
+        let mesh = on_cpu(&source, &Options::new(iso));
+        let found: Vec<Vec3> = mesh.vertices.iter().map(|v| v.at()).collect();
+        assert_eq!(found, [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| axis * place));
+        if let Some(extractor) = common::extractor() {
+            let other = read(extractor, &extractor.extract(&source, &Options::new(iso)).unwrap());
+            assert!(!extractor.gpu().is_software() || bytes(&mesh) == bytes(&other));
+        }
+    }
+}
+
 #[test]
 fn huge_grids() {
     let sphere = common::named("sphere", 1).0;

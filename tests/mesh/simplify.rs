@@ -135,6 +135,9 @@ fn what_is_broken_is_refused() {
     let before = bad.clone();
     assert_eq!(bad.simplify(&budget), Err(Unfit::NotFinite { vertex: 3 }));
     assert_eq!(bad, before);
+    for error in [-1.0, f32::NAN, f32::NEG_INFINITY] {
+        assert!(matches!(cube().simplify(&Budget { error, ..budget }), Err(Unfit::Error(_))));
+    }
     let mut none = Mesh::default();
     none.simplify(&budget).unwrap();
     assert_eq!(none, Mesh::default());

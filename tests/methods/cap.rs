@@ -164,6 +164,11 @@ fn borders_close() {
             == on_cpu(&source, &options).check().boundary_edges as u64
     );
     assert_eq!(mesh.open_edges_at_border(&grid), 0);
+    // Triangles of vertices that there are not count for nothing.
+    let mut bad = on_cpu(&source, &options);
+    let before = bad.open_edges_at_border(&grid);
+    bad.triangles.push([u32::MAX, 0, 1]);
+    assert_eq!(bad.open_edges_at_border(&grid), before);
 }
 
 /// Values and iso values of any size, and what is refused.

@@ -242,6 +242,11 @@ fn fields_without_surface_and_bad_settings() {
         assert!(matches!(with(error, 100), Err(OctreeError::Error(_))));
     }
     assert_eq!(with(0.1, 0), Err(OctreeError::Budget));
+    for iso in [f32::NAN, f32::INFINITY] {
+        let surface = Surface::new(&f, iso, Sense::Below, 1e-3).unwrap();
+        let found = polygonize(&surface, &grid, &Settings::new(&grid), &|_| {});
+        assert!(matches!(found, Err(OctreeError::Iso(_))));
+    }
 }
 
 /// Goes red when what the tasks make is put together in the order in which they end.

@@ -2,6 +2,7 @@
 
 use crate::tools::*;
 use glam::Vec3;
+use isoforge::field::{Sense, Surface};
 use isoforge::graph::shapes::*;
 use isoforge::mesh::{Mesh, Vertex};
 use isoforge::refine::{RefineError, Settings, refine};
@@ -25,6 +26,11 @@ fn settings() {
     assert!(matches!(error(few), RefineError::TooLarge { level: 1, .. }));
     let fewer = Settings { most_triangles: 3, ..s.settings };
     assert!(matches!(error(fewer), RefineError::TooLarge { level: 0, .. }));
+    for iso in [f32::NAN, f32::INFINITY] {
+        let nowhere = Surface::new(&ball, iso, Sense::Below, 1e-3).unwrap();
+        let found = refine(&nowhere, &s.mesh, &s.settings, &|_| {});
+        assert!(matches!(found, Err(RefineError::Iso(_))));
+    }
     // The extremes that are allowed.
     for settings in [
         Settings { flatness: 1.0, depth: 2, ..s.settings },

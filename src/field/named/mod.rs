@@ -147,7 +147,7 @@ fn names() -> String {
     ALL.iter().map(|d| d.name).collect::<Vec<_>>().join(", ")
 }
 
-/// A named field with its parameters set.
+/// A named field with its parameters set. Its surface is at [`Definition::iso`] of [`Named::definition`], which is not 0 for all.
 #[derive(Debug, Clone)]
 pub struct Named {
     definition: &'static Definition,

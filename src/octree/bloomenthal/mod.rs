@@ -41,7 +41,7 @@ pub fn polygonize(
     settings: &Settings,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(Mesh, OctreeReport), OctreeError> {
-    settings.check()?;
+    settings.check(surface)?;
     let mut tree = Tree::new(surface, grid)?;
     let criterion = Criterion { surface, grid, error: settings.error, coarsest: settings.coarsest(&tree) };
     let verdict = |fields: &Fields, nodes: &[Sampled<'_>]| split::verdicts(&criterion, fields, nodes);

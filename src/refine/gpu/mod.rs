@@ -48,7 +48,7 @@ impl Extractor {
         progress: &dyn Fn(f64),
     ) -> Result<(GpuMesh, RefineReport), RefineError> {
         let since = Instant::now();
-        settings.check()?;
+        settings.check_for(surface)?;
         let header = mesh.read_header(&self.gpu)?;
         let mut report = RefineReport::default();
         if header.overflow != 0 || header.triangles == 0 {

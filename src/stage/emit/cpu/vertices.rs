@@ -42,6 +42,9 @@ pub(super) fn crossing(iso: f32, a: f32, b: f32) -> f32 {
     // The ends straddle iso: where they lie this close together, all three are small.
     let t = if (b - a).abs() < SMALL {
         (scaled(iso) - scaled(a)) / (scaled(b) - scaled(a))
+    } else if (b - a).is_infinite() {
+        // Both are large, and of either sign.
+        (0.5 * iso - 0.5 * a) / (0.5 * b - 0.5 * a)
     } else {
         (iso - a) / (b - a)
     };
@@ -119,18 +122,19 @@ impl<const N: usize> Crossings<N> {
     #[inline(always)]
     fn cross(&mut self, params: &Params) {
         let [a, b] = &self.ends;
-        let mut small = false;
+        let mut rare = false;
         for i in 0..N {
-            // `crossing`, without its rare case.
+            // `crossing`, without its rare cases.
             let t = (params.iso - a[i]) / (b[i] - a[i]);
-            small |= ((b[i] - a[i]).abs() < SMALL) | (a[i].abs() == FAR) | (b[i].abs() == FAR);
+            let way = (b[i] - a[i]).abs();
+            rare |= (way < SMALL) | (way == f32::INFINITY) | (a[i].abs() == FAR) | (b[i].abs() == FAR);
             let sure =
                 (a[i].abs() < f32::INFINITY) & (b[i].abs() < f32::INFINITY) & (t.abs() < f32::INFINITY);
             let t = if t < 0.0 { 0.0 } else { t };
             let t = if t > 1.0 { 1.0 } else { t };
             self.t[i] = if sure { t } else { 0.5 };
         }
-        if small {
+        if rare {
             for i in 0..N {
                 self.t[i] = crossing(params.iso, a[i], b[i]);
             }
