@@ -45,6 +45,7 @@
 pub mod accuracy;
 mod atomic;
 pub mod bench;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod colour;
 pub mod compare;
@@ -67,6 +68,8 @@ pub mod track;
 pub mod volume;
 
 pub use atomic::TargetError;
+/// The versions that the API speaks of.
+pub use {glam, wgpu};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
