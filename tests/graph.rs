@@ -12,6 +12,8 @@ mod bounds;
 mod culling;
 #[path = "graph/lattice.rs"]
 mod lattice;
+#[path = "graph/literals.rs"]
+mod literals;
 #[path = "graph/operations.rs"]
 mod operations;
 #[path = "graph/structure.rs"]

@@ -31,7 +31,12 @@ pub struct Program {
     steps: Vec<Step>,
     /// The steps that are uniforms of the tape.
     uniforms: Vec<u32>,
+    /// Whether a constant that is 0 in `f32` is a divisor at each point.
+    divides_by_zero: bool,
 }
+
+/// Sizes of constants of which neither a product of two nor a quotient is infinite in `f32`.
+const LITERALS: std::ops::RangeInclusive<f32> = 1e-18..=1e18;
 
 /// A number that does not depend on the point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,12 +70,13 @@ impl Program {
         self.uniforms.iter().map(|&i| to_f32(values[i as usize])).collect()
     }
 
-    /// The uniform's value if it is a finite constant, which can be written into source text.
+    /// The uniform's value if it is a constant that can be written into source text. naga computes what text has of
+    /// literals alone (slopes have `1.0 / B` and `B * B`) and refuses it unless it is finite, so others are read.
     pub fn constant(&self, uniform: u32) -> Option<f32> {
-        match self.steps[self.uniforms[uniform as usize] as usize] {
-            Step::Constant(value) => Some(to_f32(value)).filter(|v| v.is_finite()),
-            _ => None,
-        }
+        let Step::Constant(value) = self.steps[self.uniforms[uniform as usize] as usize] else { return None };
+        let value = to_f32(value);
+        let is_literal = if value == 0.0 { !self.divides_by_zero } else { LITERALS.contains(&value.abs()) };
+        is_literal.then_some(value)
     }
 
     /// What the whole is, if it is one number whatever the parameters.
@@ -309,7 +315,12 @@ impl Graph {
             }
         }
         let root = operand(&place, root);
+        let is_zero = |step: &Step| matches!(step, Step::Constant(value) if to_f32(*value) == 0.0);
+        let divides_by_zero = instructions.iter().any(|i| match (i.op, i.operands[1]) {
+            (Op::Binary(Binary::Div), Operand::Uniform(n)) => is_zero(&steps[uniforms[n as usize] as usize]),
+            _ => false,
+        });
         let tape = Tape { leaves: self.leaves.into(), instructions, root };
-        Program { tape, parameters: self.parameters, steps, uniforms }
+        Program { tape, parameters: self.parameters, steps, uniforms, divides_by_zero }
     }
 }
