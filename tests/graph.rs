@@ -14,6 +14,8 @@ mod culling;
 mod lattice;
 #[path = "graph/literals.rs"]
 mod literals;
+#[path = "graph/nested.rs"]
+mod nested;
 #[path = "graph/operations.rs"]
 mod operations;
 #[path = "graph/structure.rs"]

@@ -56,6 +56,7 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "the field has none".into() } else { format!("there are {}", names.join(", ")) }
 }
 
+// Taken out while they are in use: a leaf may evaluate another field within.
 thread_local! {
     static LANES: RefCell<Vec<Lanes>> = const { RefCell::new(Vec::new()) };
     static DUALS: RefCell<Vec<Dual>> = const { RefCell::new(Vec::new()) };
@@ -142,7 +143,9 @@ impl Field for GraphField {
     }
 
     fn values(&self, points: Points<'_>, out: &mut [f32]) -> Result<(), NoForm> {
-        LANES.with_borrow_mut(|registers| eval::values(self.code(), &self.uniforms, points, registers, out));
+        let mut registers = LANES.take();
+        eval::values(self.code(), &self.uniforms, points, &mut registers, out);
+        LANES.set(registers);
         Ok(())
     }
 
@@ -154,9 +157,9 @@ impl Field for GraphField {
     }
 
     fn gradients(&self, points: Points<'_>, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
-        DUALS.with_borrow_mut(|registers| {
-            eval::gradients(self.code(), &self.uniforms, points, registers, out)
-        });
+        let mut registers = DUALS.take();
+        eval::gradients(self.code(), &self.uniforms, points, &mut registers, out);
+        DUALS.set(registers);
         Ok(())
     }
 

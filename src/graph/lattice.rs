@@ -35,7 +35,7 @@ pub(super) enum Part {
 }
 
 thread_local! {
-    /// Registers and uniforms.
+    /// Registers and uniforms; taken out while they are in use, since a leaf may evaluate another field within.
     static SCRATCH: RefCell<(Vec<[f32; LANES]>, Vec<f32>)> = const { RefCell::new((Vec::new(), Vec::new())) };
 }
 
@@ -115,15 +115,15 @@ impl LatticeCode {
         if axes[2].len() > LANES {
             return false;
         }
-        SCRATCH.with_borrow_mut(|(registers, all)| {
-            if registers.len() < self.code.registers {
-                registers.resize(self.code.registers, [0.0; LANES]);
-            }
-            all.clear();
-            all.extend(uniforms);
-            all.resize(uniforms.len() + self.by_plane.len(), 0.0);
-            run_parts(self, axes, registers, all, out);
-        });
+        let (mut registers, mut all) = SCRATCH.take();
+        if registers.len() < self.code.registers {
+            registers.resize(self.code.registers, [0.0; LANES]);
+        }
+        all.clear();
+        all.extend(uniforms);
+        all.resize(uniforms.len() + self.by_plane.len(), 0.0);
+        run_parts(self, axes, &mut registers, &mut all, out);
+        SCRATCH.set((registers, all));
         true
     }
 }
