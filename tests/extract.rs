@@ -5,6 +5,8 @@ mod capacity;
 mod common;
 #[path = "extract/cut.rs"]
 mod cut;
+#[path = "extract/device.rs"]
+mod device;
 #[path = "extract/differences.rs"]
 mod differences;
 #[path = "extract/fail.rs"]

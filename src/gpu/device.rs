@@ -1,7 +1,6 @@
 //! Opening an adapter, or taking the caller's device, and waiting on it without hanging.
 
 use super::Form;
-use super::settings::CALL_BYTES;
 use bytemuck::Pod;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -36,6 +35,19 @@ pub enum GpuError {
          is too much for this adapter; raise the time limit, or ask for less"
     )]
     Timeout(Duration),
+    /// A limit of the caller's device is too low.
+    #[error(
+        "the device has a limit {name} of {has}, and the kernels need {needs}: request the device with \
+         `required_limits: Gpu::required_limits()`, or with all that its adapter has (`adapter.limits()`)"
+    )]
+    Limits {
+        /// The field of `wgpu::Limits`.
+        name: &'static str,
+        /// What the device has.
+        has: u64,
+        /// What it must have.
+        needs: u64,
+    },
     /// A buffer could not be allocated.
     #[error(
         "the GPU could not allocate {bytes} bytes for {what}: coarsen the grid or lower the memory budget"
@@ -142,10 +154,9 @@ impl Gpu {
     /// [`GpuError::NoDevice`].
     pub fn open_adapter(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
         let info = adapter.get_info();
-        let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::SUBGROUP | wgpu::Features::IMMEDIATES;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("isoforge"),
-            required_features: adapter.features() & wanted,
+            required_features: adapter.features() & Self::wanted_features(),
             required_limits: adapter.limits(),
             ..Default::default()
         }))
@@ -158,7 +169,10 @@ impl Gpu {
         Ok(gpu)
     }
 
-    /// Works on the caller's device. The caller's error handlers stay as they are, except that
+    /// Works on the caller's device, which must have [`Gpu::required_limits`] and is faster with
+    /// [`Gpu::wanted_features`]; `info` is its adapter's.
+    ///
+    /// The caller's error handlers stay as they are, except that
     /// the device-lost callback is taken over.
     pub fn from_device(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo) -> Self {
         let state = Arc::new(State::default());
@@ -170,13 +184,6 @@ impl Gpu {
         let (form, scan_form) = Form::best(&device, &info);
         let takes_samples = info.device_type != wgpu::DeviceType::Cpu;
         Self { device, queue, info, time_limit: TIME_LIMIT, form, scan_form, takes_samples, state }
-    }
-
-    /// Whether what changes from frame to frame travels within the commands: the device has immediates
-    /// (`wgpu::Features::IMMEDIATES`), 32 bytes of them.
-    pub fn has_immediates(&self) -> bool {
-        self.device.features().contains(wgpu::Features::IMMEDIATES)
-            && self.device.limits().max_immediate_size >= CALL_BYTES
     }
 
     /// Buffers and bind groups that were made on the device through this crate: a loop that should make none can look.

@@ -3,6 +3,7 @@
 //! Binding numbers mean the same thing in every stage ([`binding`]), so buffers are bound by number
 //! and a kernel takes those that its entry point uses: no layout is written twice.
 
+use super::needs::MOST_GROUPS;
 use super::settings::{CALL_BYTES, CallSettings, for_device};
 use super::{Gpu, GpuError, Settings};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
@@ -250,13 +251,14 @@ impl Kernel {
     /// Compiles the entry point `entry` of `source`.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(
         gpu: &Gpu,
         source: &str,
         entry: &'static str,
         constants: &[(&str, f64)],
     ) -> Result<Self, GpuError> {
+        gpu.check_limits()?;
         let source = for_device(source, gpu.has_immediates());
         let (module, info) = parse(&source)?;
         let place = module.entry_points.iter().position(|e| e.name == entry);
@@ -355,9 +357,8 @@ impl Kernel {
         bindings: &Bindings<'_>,
         groups: u32,
     ) {
-        const MOST: u32 = 65_535;
         self.prepare(gpu, pass, bindings);
-        pass.dispatch_workgroups(groups.min(MOST), groups.div_ceil(MOST), 1);
+        pass.dispatch_workgroups(groups.min(MOST_GROUPS), groups.div_ceil(MOST_GROUPS), 1);
     }
 
     /// Runs the number of workgroups that lies at `offset` of `arguments`.

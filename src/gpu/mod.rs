@@ -4,6 +4,7 @@ mod device;
 mod form;
 pub mod kernel;
 mod mesh;
+mod needs;
 pub mod settings;
 mod timer;
 

@@ -1,0 +1,61 @@
+//! The caller's own device: what it must have, its loss, and wrong calls.
+
+use super::{bytes, on_cpu, read};
+use crate::common;
+use isoforge::extract::{ExtractError, Extractor, Method, Options, Source};
+use isoforge::field::{Closure, Field, NoForm, Points, Sense, Wgsl, user::UserField};
+use isoforge::gpu::{Gpu, GpuError, GpuMesh, adapters};
+use isoforge::graph::{Expr, GraphField, x};
+use isoforge::grid::Grid;
+use wgpu::BufferUsages as U;
+
+/// The limits that are asked for are enough. Goes red when a kernel takes more.
+#[test]
+fn the_required_limits_are_enough() {
+    let Some(gpu) = common::own_device(|_| Gpu::required_limits()) else { return };
+    let extractor = Extractor::new(gpu).unwrap();
+    let (torus, grid) = common::named("torus", 20);
+    let volume = common::small_brain();
+    for (source, iso) in [(Source::Field(&torus, grid), 0.0), (Source::Volume(&volume), 10.0)] {
+        for method in Method::ALL {
+            let options = Options { method, ..Options::new(iso) };
+            let found = read(&extractor, &extractor.extract(&source, &options).unwrap());
+            let twin = on_cpu(&source, &options);
+            assert_eq!(found.triangles, twin.triangles);
+            assert!(!extractor.gpu().is_software() || bytes(&found) == bytes(&twin));
+        }
+    }
+}
+
+/// Each limit that is too low is named before anything is compiled, with what to do. (With 64 workgroups a dimension
+/// there was an empty mesh.)
+#[test]
+fn limits_that_are_too_low() {
+    type Lower = fn(wgpu::Limits) -> wgpu::Limits;
+    let cases: [(&str, Lower); 6] = [
+        ("max_storage_buffers_per_shader_stage", |_| wgpu::Limits::downlevel_defaults()),
+        ("max_uniform_buffer_binding_size", |l| wgpu::Limits { max_uniform_buffer_binding_size: 1024, ..l }),
+        ("max_compute_workgroups_per_dimension", |l| wgpu::Limits {
+            max_compute_workgroups_per_dimension: 64,
+            ..l
+        }),
+        ("max_compute_workgroup_storage_size", |l| wgpu::Limits {
+            max_compute_workgroup_storage_size: 1024,
+            ..l
+        }),
+        ("max_compute_invocations_per_workgroup", |l| wgpu::Limits {
+            max_compute_invocations_per_workgroup: 64,
+            ..l
+        }),
+        ("max_compute_workgroup_size_x", |l| wgpu::Limits { max_compute_workgroup_size_x: 64, ..l }),
+    ];
+    for (name, lower) in cases {
+        let Some(gpu) = common::own_device(lower) else { return };
+        let error = Extractor::new(gpu).err().unwrap();
+        let ExtractError::Gpu(GpuError::Limits { name: found, has, needs }) = &error else {
+            panic!("{error:?}")
+        };
+        assert!(*found == name && has < needs, "{error}");
+        assert!(error.to_string().contains("Gpu::required_limits()"), "{error}");
+    }
+}
