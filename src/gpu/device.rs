@@ -1,9 +1,10 @@
 //! Opening an adapter, or taking the caller's device, and waiting on it without hanging.
 
 use super::Form;
+use super::loss::State;
 use bytemuck::Pod;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// Data comes back from the GPU in pieces of at most this size, so that the staging memory stays small.
@@ -92,22 +93,6 @@ pub struct Gpu {
     state: Arc<State>,
 }
 
-#[derive(Debug, Default)]
-struct State {
-    lost: AtomicBool,
-    reason: Mutex<String>,
-    made: AtomicU64,
-}
-
-impl State {
-    fn note(&self, reason: String) {
-        *self.reason.lock().unwrap_or_else(PoisonError::into_inner) = reason;
-    }
-    fn reason(&self) -> String {
-        self.reason.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-}
-
 /// Default of [`Gpu::time_limit`].
 pub const TIME_LIMIT: Duration = Duration::from_secs(120);
 
@@ -172,15 +157,10 @@ impl Gpu {
     /// Works on the caller's device, which must have [`Gpu::required_limits`] and is faster with
     /// [`Gpu::wanted_features`]; `info` is its adapter's.
     ///
-    /// The caller's error handlers stay as they are, except that
-    /// the device-lost callback is taken over.
+    /// The caller's error handlers stay as they are, except that the device-lost callback is taken over; all `Gpu`s of a
+    /// device hear of its loss. Who sets a callback of their own behind this call calls [`Gpu::note_lost`] in it.
     pub fn from_device(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo) -> Self {
-        let state = Arc::new(State::default());
-        let callback = state.clone();
-        device.set_device_lost_callback(move |reason, message| {
-            callback.note(format!("{reason:?} {message}").trim_end().into());
-            callback.lost.store(true, Ordering::SeqCst);
-        });
+        let state = State::of(&device);
         let (form, scan_form) = Form::best(&device, &info);
         let takes_samples = info.device_type != wgpu::DeviceType::Cpu;
         Self { device, queue, info, time_limit: TIME_LIMIT, form, scan_form, takes_samples, state }
@@ -249,7 +229,13 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::Lost`].
     pub fn check(&self) -> Result<(), GpuError> {
-        if self.state.lost.load(Ordering::SeqCst) { Err(GpuError::Lost(self.state.reason())) } else { Ok(()) }
+        self.state.check()
+    }
+
+    /// Says that the device is lost, also to its other `Gpu`s that share its callback: for callers with a device-lost callback of their own, set
+    /// after [`Gpu::from_device`]. All work is refused from now on with [`GpuError::Lost`] and this reason.
+    pub fn note_lost(&self, reason: &str) {
+        self.state.lose(reason.into());
     }
 
     /// Waits until all submitted work is done, at most [`Gpu::time_limit`].

@@ -3,6 +3,7 @@
 mod device;
 mod form;
 pub mod kernel;
+mod loss;
 mod mesh;
 mod needs;
 pub mod settings;

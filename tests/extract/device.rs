@@ -59,3 +59,33 @@ fn limits_that_are_too_low() {
         assert!(error.to_string().contains("Gpu::required_limits()"), "{error}");
     }
 }
+
+/// Goes red (the first hears nothing) when each `Gpu` of a device sets the callback for itself.
+#[test]
+fn every_handle_of_a_device_hears_of_its_loss() {
+    let Some(first) = common::own_device(|all| all) else { return };
+    let second = Gpu::from_device(first.device.clone(), first.queue.clone(), first.info.clone());
+    assert!(first.check().is_ok() && second.check().is_ok());
+    first.device.destroy();
+    assert!(matches!(first.wait(), Err(GpuError::Lost(_))));
+    assert!(matches!(second.wait(), Err(GpuError::Lost(_))));
+    // Other devices are not, and who has a callback of their own says so.
+    let Some(other) = common::own_device(|all| all) else { return };
+    assert!(other.wait().is_ok());
+    let told = other.clone();
+    other.device.set_device_lost_callback(move |_, _| told.note_lost("the cable"));
+    other.device.destroy();
+    assert!(matches!(other.wait(), Err(GpuError::Lost(why)) if why == "the cable"));
+}
+
+/// A device is dropped with the last that holds it: nothing of the crate keeps it.
+#[test]
+fn devices_are_let_go() {
+    let Some(gpu) = common::own_device(|all| all) else { return };
+    let flag = std::sync::Arc::new(());
+    let held = flag.clone();
+    gpu.device.on_uncaptured_error(std::sync::Arc::new(move |_| drop(held.clone())));
+    assert_eq!(std::sync::Arc::strong_count(&flag), 2);
+    drop(gpu);
+    assert_eq!(std::sync::Arc::strong_count(&flag), 1);
+}
