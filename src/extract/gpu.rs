@@ -141,6 +141,7 @@ impl Extractor {
             Source::Volume(volume) => (self.volume_kernels(volume.values().scalar())?, Arc::default()),
             Source::Field(field, _) => {
                 let wgsl = field.wgsl()?;
+                super::check_parameters(&wgsl)?;
                 (self.field_kernels(&wgsl)?, wgsl.data)
             }
         };
@@ -205,14 +206,10 @@ impl Extractor {
             }
         };
         let wgsl = field.wgsl()?;
+        super::check_parameters(&wgsl)?;
         let same_data = Arc::ptr_eq(&wgsl.data, &space.field_data) || wgsl.data == space.field_data;
         if !same_data || !Arc::ptr_eq(&self.field_kernels(&wgsl)?, &space.kernels) {
             return Err(ExtractError::OtherSource);
-        }
-        let given = wgsl.parameters.len();
-        // The last place stays 0 (shaders/graph/exact.wgsl).
-        if given >= 4 * PARAMETER_VECTORS {
-            return Err(ExtractError::TooManyParameters { given });
         }
         space.taken().sense = field.sense();
         Ok(self.gpu.write(&space.field_parameters, bytemuck::cast_slice(&wgsl.parameters))?)

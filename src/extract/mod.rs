@@ -27,7 +27,7 @@ pub use planes::{PlanesError, extract_planes};
 pub use run::Extraction;
 pub use workspace::Workspace;
 
-use crate::field::{Field, NoForm, Sense};
+use crate::field::{Field, NoForm, PARAMETER_VECTORS, Sense, Wgsl};
 use crate::gpu::GpuError;
 use crate::grid::{Grid, SAMPLES_PER_BRICK};
 use crate::stage::inside::from_order_key;
@@ -303,7 +303,10 @@ pub enum ExtractError {
     #[error("the workspace was prepared for another source: prepare one for this grid and field")]
     OtherSource,
     /// A field with more parameters than its buffer has places for.
-    #[error("the field has {given} parameters; there is room for {}", 4 * crate::field::PARAMETER_VECTORS - 1)]
+    #[error(
+        "the field has {given} parameters, and a GPU has room for {}: make numbers that do not change constants, or \
+         extract on the CPU", 4 * PARAMETER_VECTORS - 1
+    )]
     TooManyParameters {
         /// How many it has.
         given: usize,
@@ -322,6 +325,16 @@ fn widest(ranges: &[[u32; 2]]) -> Option<(f32, f32)> {
     let known = ranges.iter().filter(|[low, high]| low <= high && [*low, *high] != [0, u32::MAX]);
     let keys = known.copied().reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
     keys.map(|[low, high]| (from_order_key(low), from_order_key(high)))
+}
+
+/// Whether a field's parameters have places. Before anything is compiled: a compiler refuses the places that are missing.
+pub(crate) fn check_parameters(wgsl: &Wgsl) -> Result<(), ExtractError> {
+    let given = wgsl.parameters.len();
+    // The last place stays 0 (shaders/graph/exact.wgsl).
+    if given >= 4 * PARAMETER_VECTORS {
+        return Err(ExtractError::TooManyParameters { given });
+    }
+    Ok(())
 }
 
 /// Checks that hold for both backends.

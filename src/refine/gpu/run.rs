@@ -2,7 +2,7 @@
 
 use super::kernels::Common;
 use super::{At, Counted, Refining};
-use crate::extract::{ExtractError, Extractor};
+use crate::extract::{ExtractError, Extractor, check_parameters};
 use crate::field::{PARAMETER_VECTORS, Surface, Wgsl};
 use crate::gpu::kernel::{Bindings, Kernel, binding as b, made};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
@@ -37,11 +37,7 @@ impl<'a> Run<'a> {
         let gpu = &extractor.gpu;
         let wgsl = surface.field().wgsl()?;
         let field_data = Self::field_data(gpu, &wgsl)?;
-        let given = wgsl.parameters.len();
-        // The last place stays 0 (shaders/graph/exact.wgsl).
-        if given >= 4 * PARAMETER_VECTORS {
-            return Err(ExtractError::TooManyParameters { given }.into());
-        }
+        check_parameters(&wgsl)?;
         let parameter_bytes = 16 * PARAMETER_VECTORS as u64;
         let field_parameters = gpu.buffer("field parameters", parameter_bytes, U::UNIFORM | U::COPY_DST)?;
         gpu.write(&field_parameters, bytemuck::cast_slice(&wgsl.parameters))?;
