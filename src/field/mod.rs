@@ -63,6 +63,11 @@ pub struct Wgsl {
     /// Defines `fn density(p: vec3<f32>) -> f32`. This and the others may read `field_parameters[i]`
     /// (`vec4<f32>`, i < [`PARAMETER_VECTORS`]), and call what [`functions`] and
     /// [`noise`] have (there `sin_turns` and `cos_turns`, the others as `iso_exp` and so on).
+    ///
+    /// The text stands among the crate's shaders, in one scope with them. So give every other name at its top level a
+    /// prefix of your own (`my_helper`), none of `iso_`, `iv_`, `density` and `field_`, and leave out entry points, bindings,
+    /// `enable` and `override`; all numbers are `f32`, `i32`, `u32` or `bool`. What does not compile fails with
+    /// [`GpuError::FieldWgsl`](crate::gpu::GpuError::FieldWgsl). [`user`] takes any names: it rewrites them.
     pub value: Arc<str>,
     /// Defines `fn density_gradient(p: vec3<f32>) -> vec3<f32>`, without `value` beside it, and no name that `value`
     /// defines: the refiner has both; or `value` is a part of it. Where there is none, central differences are taken.

@@ -51,7 +51,8 @@ pub enum GpuError {
     },
     /// A buffer could not be allocated.
     #[error(
-        "the GPU could not allocate {bytes} bytes for {what}: coarsen the grid or lower the memory budget"
+        "the GPU could not allocate {bytes} bytes for {what}: ask for less (a coarser grid, a mesh of less capacity, \
+         a lower memory budget)"
     )]
     OutOfMemory {
         /// What the bytes were for.
@@ -59,8 +60,31 @@ pub enum GpuError {
         /// How many.
         bytes: u64,
     },
-    /// The driver or wgpu refused a call. A bug in this crate or in the driver.
-    #[error("the GPU refused the work ({0}); this is a defect: please report it")]
+    /// Bytes of a buffer were read or written that it does not have.
+    #[error(
+        "{what} takes {needed} bytes, and the buffer has {has}: give or ask for less, or a larger buffer"
+    )]
+    Range {
+        /// Reading or writing.
+        what: &'static str,
+        /// Bytes from the start of the buffer.
+        needed: u64,
+        /// Its size.
+        has: u64,
+    },
+    /// Bytes that are no whole number of words were to be written.
+    #[error("a buffer was to be written with {0} bytes: pad them to a multiple of 4")]
+    Unaligned(u64),
+    /// A field's WGSL does not compile.
+    #[error(
+        "the field's WGSL does not compile, or defines a name of the crate's shaders (`field::Wgsl` has the rules): {0}"
+    )]
+    FieldWgsl(String),
+    /// The driver or wgpu refused a call: one with what is not this device's, or a bug in this crate or in the driver.
+    #[error(
+        "the GPU refused the work ({0}); it was given what is not of its device or was not made for this, or this is \
+         a defect: then please report it"
+    )]
     Refused(String),
 }
 
@@ -317,19 +341,32 @@ impl Gpu {
         })
     }
 
-    /// Writes `bytes` to the start of `buffer`, before all work submitted later.
+    /// Writes `bytes`, a multiple of 4 of them, to the start of `buffer` (usage `COPY_DST`), before all work submitted later.
     ///
     /// # Errors
-    /// [`GpuError::OutOfMemory`], [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Unaligned`], [`GpuError::Range`], [`GpuError::OutOfMemory`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn write(&self, buffer: &wgpu::Buffer, bytes: &[u8]) -> Result<(), GpuError> {
-        self.guarded("upload", bytes.len() as u64, || self.queue.write_buffer(buffer, 0, bytes))
+        let length = bytes.len() as u64;
+        if !length.is_multiple_of(4) {
+            return Err(GpuError::Unaligned(length));
+        }
+        if length > buffer.size() {
+            return Err(GpuError::Range { what: "writing", needed: length, has: buffer.size() });
+        }
+        self.guarded("upload", length, || self.queue.write_buffer(buffer, 0, bytes))
     }
 
-    /// Reads the first `count` items of `source` back, waiting for all submitted work.
+    /// Reads the first `count` items of `source` (usage `COPY_SRC`) back, waiting for all submitted work. Whole words are
+    /// copied: the buffer must have the bytes of the items rounded up to a multiple of 4.
     ///
     /// # Errors
-    /// As [`Gpu::wait`] and [`Gpu::buffer`].
+    /// [`GpuError::Range`]; as [`Gpu::wait`] and [`Gpu::buffer`].
     pub fn read<T: Pod>(&self, source: &wgpu::Buffer, count: u64) -> Result<Vec<T>, GpuError> {
+        let needed = count.saturating_mul(size_of::<T>() as u64);
+        let needed = needed.checked_next_multiple_of(4).unwrap_or(u64::MAX);
+        if needed > source.size() {
+            return Err(GpuError::Range { what: "reading", needed, has: source.size() });
+        }
         let mut items = bytemuck::zeroed_vec(count as usize);
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut items);
         let length = bytes.len() as u64;

@@ -218,6 +218,9 @@ impl<K: PartialEq, T> Latest<K, T> {
     }
 }
 
+/// What kernels with a field's text declare, and no others.
+const FIELD_PARAMETERS: &str = "var<uniform> field_parameters:";
+
 /// Kernels that were made.
 static KERNELS: AtomicU64 = AtomicU64::new(0);
 
@@ -259,6 +262,19 @@ impl Kernel {
         constants: &[(&str, f64)],
     ) -> Result<Self, GpuError> {
         gpu.check_limits()?;
+        Self::compile(gpu, source, entry, constants).map_err(|error| match error {
+            // The crate's own text compiles: what is wrong is the field's.
+            GpuError::Refused(why) if source.contains(FIELD_PARAMETERS) => GpuError::FieldWgsl(why),
+            error => error,
+        })
+    }
+
+    fn compile(
+        gpu: &Gpu,
+        source: &str,
+        entry: &'static str,
+        constants: &[(&str, f64)],
+    ) -> Result<Self, GpuError> {
         let source = for_device(source, gpu.has_immediates());
         let (module, info) = parse(&source)?;
         let place = module.entry_points.iter().position(|e| e.name == entry);

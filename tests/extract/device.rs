@@ -103,3 +103,79 @@ fn too_many_parameters() {
     let found = extractor.prepare(&source, u64::MAX);
     assert!(matches!(found, Err(ExtractError::TooManyParameters { given: 4096 })));
 }
+
+#[test]
+fn wrong_calls_are_said_to_be_wrong() {
+    let Some(gpu) = common::gpu() else { return };
+    let buffer = gpu.buffer("a test's", 64, U::COPY_SRC | U::COPY_DST).unwrap();
+    for count in [u64::MAX, u64::MAX / 2, 1 << 40, 65] {
+        let found = gpu.read::<u8>(&buffer, count);
+        assert!(matches!(found, Err(GpuError::Range { has: 64, .. })), "{count}: {found:?}");
+    }
+    assert!(matches!(
+        gpu.read::<[u32; 4]>(&buffer, u64::MAX / 8),
+        Err(GpuError::Range { needed: u64::MAX, .. })
+    ));
+    gpu.write(&buffer, &[7; 64]).unwrap();
+    assert_eq!(gpu.read::<u8>(&buffer, 63).unwrap(), [7; 63]);
+    assert!(matches!(gpu.write(&buffer, &[0; 3]), Err(GpuError::Unaligned(3))));
+    assert!(matches!(gpu.write(&buffer, &[0; 68]), Err(GpuError::Range { needed: 68, has: 64, .. })));
+    // What belongs to another device.
+    let adapter = adapters().into_iter().next().unwrap();
+    let [one, other] = [(); 2].map(|()| Gpu::open_adapter(&adapter).unwrap());
+    let mesh = GpuMesh::with_capacity(&other, 3, 1).unwrap();
+    let error = mesh.read(&one).unwrap_err();
+    assert!(error.to_string().contains("not of its device"), "{error}");
+    // Room for more than there is.
+    let error = GpuMesh::with_capacity(gpu, u32::MAX, u32::MAX).unwrap_err();
+    assert!(error.to_string().contains("a mesh of less capacity"), "{error}");
+}
+
+/// A field of the caller's own, as WGSL alone.
+#[derive(Debug)]
+struct Own(&'static str);
+
+impl Field for Own {
+    fn sense(&self) -> Sense {
+        Sense::Below
+    }
+
+    fn values(&self, _: Points<'_>, _: &mut [f32]) -> Result<(), NoForm> {
+        Err(NoForm::Cpu)
+    }
+
+    fn wgsl(&self) -> Result<Wgsl, NoForm> {
+        Ok(Wgsl {
+            value: self.0.into(),
+            gradient: None,
+            interval: None,
+            planes: None,
+            data: Default::default(),
+            parameters: Vec::new(),
+            counts_loops: false,
+        })
+    }
+}
+
+/// Goes red when they are said to be a defect of the crate.
+#[test]
+fn own_wgsl_that_does_not_compile() {
+    let Some(extractor) = common::extractor() else { return };
+    let grid = common::named("sphere", 4).1;
+    let cases = [
+        ("fn density(p: vec3<f32>) -> f32 { return lenght(p); }", "lenght"),
+        ("fn density(p: vec3<f32>) -> f32 { return p; }", "return"),
+        (
+            "fn iso_exp(p: f32) -> f32 { return p; } fn density(p: vec3<f32>) -> f32 { return p.x; }",
+            "iso_exp",
+        ),
+        ("fn other(p: vec3<f32>) -> f32 { return p.x; }", "density"),
+    ];
+    for (text, why) in cases {
+        let error = extractor.extract(&Source::Field(&Own(text), grid), &Options::new(0.5)).unwrap_err();
+        let ExtractError::Gpu(GpuError::FieldWgsl(told)) = &error else { panic!("{error:?}") };
+        assert!(told.contains(why) && !error.to_string().contains("defect"), "{error}");
+    }
+    let right = Own("fn density(p: vec3<f32>) -> f32 { return length(p); }");
+    assert!(extractor.extract(&Source::Field(&right, grid), &Options::new(0.5)).is_ok());
+}
