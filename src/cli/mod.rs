@@ -24,6 +24,7 @@ mod values;
 mod watchdog;
 
 use crate::extract::ExtractError;
+use crate::field::NoForm;
 use args::{Cli, Command};
 use clap::Parser;
 use std::io::{ErrorKind, Write};
@@ -56,6 +57,10 @@ impl Failure {
         match error {
             ExtractError::Budget { what, needed, budget } => {
                 Self::Budget(OverBudget { what, needed, budget })
+            }
+            ExtractError::NoForm(NoForm::Cpu) => Self::run(format!("{error} (--backend gpu)")),
+            ExtractError::NoForm(NoForm::Gpu) | ExtractError::FieldData { .. } => {
+                Self::run(format!("{error} (--backend cpu)"))
             }
             error => Self::run(error),
         }

@@ -210,7 +210,7 @@ pub enum ExtractError {
     /// More bytes needed than allowed.
     #[error(
         "{what} needs {needed} bytes, over the memory budget of {budget} bytes: raise the budget \
-         (--memory-budget) or coarsen the grid"
+         (`Options::memory_budget`) or coarsen the grid"
     )]
     Budget {
         /// What needs them.
@@ -248,8 +248,8 @@ pub enum ExtractError {
     },
     /// What a field reads (blobs, samples of a volume in a graph) is more than the adapter binds.
     #[error(
-        "the field's lists and volumes take {needed} bytes, and the adapter {adapter} binds at most {limit}: use the \
-         CPU backend"
+        "the field's lists and volumes take {needed} bytes, and the adapter {adapter} binds at most {limit}: \
+         extract on the CPU"
     )]
     FieldData {
         /// Their bytes.

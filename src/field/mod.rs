@@ -106,10 +106,10 @@ pub const PARAMETER_VECTORS: usize = 1024;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum NoForm {
     /// Nothing evaluates the field on the CPU.
-    #[error("this field is a WGSL function, which only a GPU adapter evaluates: use `--backend gpu`")]
+    #[error("this field is a WGSL function, which only a GPU evaluates: extract it with an `Extractor`")]
     Cpu,
     /// The field has no WGSL.
-    #[error("this field has no WGSL form: use `--backend cpu`")]
+    #[error("this field has no WGSL form: give it WGSL (`Closure::with_wgsl`), or extract on the CPU")]
     Gpu,
     /// The field has no gradient of its own.
     #[error("this field has no exact gradient: take differences of its values")]

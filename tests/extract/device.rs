@@ -179,3 +179,29 @@ fn own_wgsl_that_does_not_compile() {
     let right = Own("fn density(p: vec3<f32>) -> f32 { return length(p); }");
     assert!(extractor.extract(&Source::Field(&right, grid), &Options::new(0.5)).is_ok());
 }
+
+/// The texts of the library name the library, not the program's flags.
+#[test]
+fn remedies_are_the_library_s() {
+    let grid = Grid::from_bounds([8; 3], glam::Vec3::NEG_ONE, glam::Vec3::ONE).unwrap();
+    let closure = Closure::new(Sense::Below, |p: glam::Vec3| p.x);
+    let loops = "fn density(p: vec3<f32>) -> f32 { var t = p.x; while t < 0.0 { t += 1.0; } return t; }";
+    let loops = UserField::new(loops, "loops", Sense::Below).unwrap();
+    let small = Options { memory_budget: 1, ..Options::new(0.0) };
+    let cpu = |field: &dyn Field, options| {
+        isoforge::extract::extract_on_cpu(&Source::Field(field, grid), options, &|_| {})
+            .unwrap_err()
+            .to_string()
+    };
+    let mut texts = vec![
+        (cpu(&loops, &Options::new(0.0)), "`Extractor`"),
+        (cpu(&closure, &small), "`Options::memory_budget`"),
+    ];
+    if let Some(extractor) = common::extractor() {
+        let error = extractor.extract(&Source::Field(&closure, grid), &Options::new(0.0)).unwrap_err();
+        texts.push((error.to_string(), "`Closure::with_wgsl`"));
+    }
+    for (text, remedy) in texts {
+        assert!(text.contains(remedy) && !text.contains("--"), "{text}");
+    }
+}
