@@ -109,7 +109,10 @@ impl UserField {
     }
 
     fn check(source: &str, file: &str, sense: Sense) -> Result<Self, UserError> {
-        let error = |span: Option<Span>, message: String| locate(source, file, span, message);
+        let error = |span: Option<Span>, message: String| {
+            let place = span.and_then(|span| source.get(span.to_range()?)).unwrap_or_default();
+            locate(source, file, span, with_float(message, place))
+        };
         let mut module = naga::front::wgsl::parse_str(source).map_err(|e| {
             let span = e.labels().next().map(|(span, _)| span);
             error(span, e.message().to_string())
@@ -200,6 +203,16 @@ fn validate(module: &Module) -> Result<naga::valid::ModuleInfo, Fault> {
         }
         (span, reworded(&inner.to_string()))
     })
+}
+
+/// naga knows the other floats, and says only that they are not switched on, or no type to cast to.
+fn with_float(message: String, place: &str) -> String {
+    let names = ["f16", "f64", "FLOAT16", "FLOAT64"];
+    if names.iter().any(|name| message.contains(name) || place.contains(name)) {
+        message + ": the only floats are `f32`"
+    } else {
+        message
+    }
 }
 
 /// The validator's messages speak of arena handles like `Some([3])`; users cannot look those up.

@@ -205,3 +205,17 @@ fn remedies_are_the_library_s() {
         assert!(text.contains(remedy) && !text.contains("--"), "{text}");
     }
 }
+
+/// Goes red when another type's name is all that is said.
+#[test]
+fn only_f32() {
+    for source in [
+        "fn density(p: vec3<f32>) -> f64 { return f64(p.x); }",
+        "fn density(p: vec3<f32>) -> f32 { let a = f64(p.x); return f32(a); }",
+        "enable f16;\nfn density(p: vec3<f32>) -> f32 { return f32(f16(p.x)); }",
+        "fn density(p: vec3<f32>) -> f32 { return f32(f16(p.x)); }",
+    ] {
+        let error = UserField::new(source, "a.wgsl", Sense::Below).unwrap_err();
+        assert!(error.message.contains("only floats are `f32`"), "{error}");
+    }
+}
