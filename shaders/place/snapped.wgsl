@@ -5,11 +5,14 @@ const CENTRES_MOVE = true;
 const MOST_STEPS = 32u;
 // 2⁻²²: less does not show beside a whole number.
 const LEAST_NEAR = 0x1p-22f;
+// 2⁻²⁰. A corner that is taken in place of an earlier one is nearer by this much at least, of squares: of near ties the first, whether a
+// driver contracts sums or not.
+const NEARER = 0x1p-20f;
 // How far apart on its line the field is looked at for a vertex within a cell, in grid steps along the axis that the line goes along
 // most, and how often on either side.
 const LOOK_STEP = 0.125;
 const LOOKS = 6u;
-// From the cell's faces such a vertex stays this far, in grid steps.
+// From the cell's faces such a vertex stays this far on the gradient's line, in grid steps.
 const MARGIN = 0.015625;
 
 // What is left of a line: fractions of it on either side of iso, and the values there.
@@ -126,7 +129,7 @@ fn nearest_corner(slot: u32, origin: vec3<u32>, cell: vec3<u32>, within: vec3<f3
         let corner = vec3<u32>(k, k >> 1u, k >> 2u) & vec3<u32>(1u);
         let way = vec3<f32>(corner) - within;
         let length = (way.x * way.x + way.y * way.y) + way.z * way.z;
-        if is_inside(sample_bits(slot, origin, cell + corner)) == side && length < least {
+        if is_inside(sample_bits(slot, origin, cell + corner)) == side && length < least - NEARER {
             nearest = corner;
             least = length;
         }

@@ -109,6 +109,7 @@ impl<'a> Job<'a> {
                 kept.bricks.push(brick);
                 kept.records.push(record);
                 kept.counts.push(count);
+                kept.first_inside.push(self.inside.test(samples.at(0, 0, 0)));
             }
         }
         Ok(kept)
@@ -155,6 +156,8 @@ impl<'a> Job<'a> {
         let done = Progress::new(progress, count);
         resize(&mut kept.records, count);
         kept.counts.resize(count, [0; 2]);
+        // Volumes' samples are all at hand; nobody asks.
+        kept.first_inside.resize(count, false);
         let records = kept.records.par_chunks_mut(TASK).zip(kept.counts.par_chunks_mut(TASK));
         kept.bricks.par_chunks(TASK).zip(records).try_for_each_init(
             Sampler::default,
@@ -246,7 +249,7 @@ impl<'a> Job<'a> {
         scratch: &mut Scratch,
         (vertices, triangles): (&mut [Vertex], &mut [[u32; 3]]),
     ) -> Result<bool, NoForm> {
-        let Kept { bricks, records, counts, .. } = kept;
+        let Kept { bricks, records, counts, first_inside, .. } = kept;
         let Scratch { sampler, numbers, nearby } = scratch;
         let (params, inside, brick) = (&self.params, self.inside, bricks[slot]);
         let beside = Beside::new(nearby, bricks, records, counts, slot);
@@ -254,11 +257,15 @@ impl<'a> Job<'a> {
             Source::Volume(volume) => Samples::of_source(volume.values(), params, params.brick_origin(brick)),
             Source::Field(whole, _) => {
                 let here = self.fields.field_in(params, brick, whole);
-                match ends(params.method, params.extent(brick), &records[slot], &beside) {
-                    Some(points) if sampler.saves(params, here, brick, &points) => {
-                        sampler.some(params, here, brick, &points)?
-                    }
-                    _ => sampler.brick(params, here, brick, || self.row_of(whole, next))?,
+                let most = sampler.most_points(params, here, brick);
+                let few = |points: &[u16; 81]| {
+                    points.iter().map(|row| row.count_ones() as usize).sum::<usize>() <= most
+                };
+                let points =
+                    (most > 0).then(|| ends(params.method, params.extent(brick), &records[slot], &beside));
+                match points.flatten().filter(few) {
+                    Some(points) => sampler.some(params, here, brick, &points, first_inside[slot])?,
+                    None => sampler.brick(params, here, brick, || self.row_of(whole, next))?,
                 }
             }
         };
@@ -324,7 +331,7 @@ impl Scratch {
 }
 
 /// Bytes of a brick in [`Kept`].
-pub(crate) const KEPT_BYTES: usize = size_of::<BrickRecord>() + 8 + 4;
+pub(crate) const KEPT_BYTES: usize = size_of::<BrickRecord>() + 8 + 4 + 1;
 
 /// Gives a vector a length, and new memory only where that is more than it had: zeroed pages, which cost nothing until they
 /// are written.
@@ -345,6 +352,8 @@ pub(crate) struct Kept {
     pub(crate) records: Vec<BrickRecord>,
     /// Vertices and triangles of each; once emitted, those before it, and the totals behind the last.
     pub(crate) counts: Vec<[u32; 2]>,
+    /// Whether the first point of each is inside, where the source is a field.
+    pub(crate) first_inside: Vec<bool>,
     /// NaN and infinite samples of a field, of bricks without surface too.
     pub(crate) non_finite: u64,
 }
@@ -354,6 +363,7 @@ impl Kept {
         self.bricks.clear();
         self.records.clear();
         self.counts.clear();
+        self.first_inside.clear();
         self.non_finite = 0;
     }
 
@@ -365,6 +375,7 @@ impl Kept {
                 if to < from {
                     (self.bricks[to], self.records[to], self.counts[to]) =
                         (self.bricks[from], self.records[from], self.counts[from]);
+                    self.first_inside[to] = self.first_inside[from];
                 }
                 to += 1;
             }
@@ -372,6 +383,7 @@ impl Kept {
         self.bricks.truncate(to);
         self.records.truncate(to);
         self.counts.truncate(to);
+        self.first_inside.truncate(to);
     }
 
     /// Vertices and triangles of all bricks.
@@ -416,6 +428,7 @@ impl Kept {
         self.bricks.reserve_exact(bricks);
         self.records.reserve_exact(bricks);
         self.counts.reserve_exact(bricks + 1);
+        self.first_inside.reserve_exact(bricks);
     }
 
     /// A copy of the bricks from slot `first` on, with `less` taken off their numbers.
@@ -424,6 +437,7 @@ impl Kept {
             bricks: self.bricks[first..].iter().map(|brick| brick - less).collect(),
             records: self.records[first..].to_vec(),
             counts: self.counts[first..].to_vec(),
+            first_inside: self.first_inside[first..].to_vec(),
             non_finite: 0,
         }
     }
@@ -432,6 +446,7 @@ impl Kept {
         self.bricks.append(&mut other.bricks);
         self.records.append(&mut other.records);
         self.counts.append(&mut other.counts);
+        self.first_inside.append(&mut other.first_inside);
         self.non_finite += other.non_finite;
     }
 }

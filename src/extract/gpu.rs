@@ -161,6 +161,9 @@ impl Extractor {
         let plan = Plan::new(source.grid(), source.scalar(), limits, most)?;
         let uploaded = old.filter(|_| plan.slab_count() == 1).and_then(Workspace::into_uploaded);
         let workspace = Workspace::new(gpu, source, plan, kernels, data, uploaded)?;
+        if workspace.plan.batches == 1 {
+            workspace.kernels.sampling(gpu, options.method, workspace.is_aligned)?;
+        }
         let mut upload = None;
         self.take_source(&workspace, source, &mut upload)?;
         Ok((workspace, upload))
@@ -173,13 +176,14 @@ impl Extractor {
     /// [`Extractor::extract_in`] does this by itself; before [`Extractor::encode`] it is the caller's to do.
     ///
     /// The new parameters and samples reach the GPU before all that is submitted afterwards, **also what was recorded before**: submit
-    /// what an encoder has of the old ones first, or have a workspace for each. Iso value and other options are recorded.
+    /// what an encoder has of the old ones first, or have a workspace for each. Iso value and other options are recorded. While another
+    /// thread extracts in the workspace, this waits.
     ///
     /// # Errors
-    /// [`ExtractError::OtherSource`], [`ExtractError::TooManyParameters`], [`ExtractError::NoForm`],
+    /// [`ExtractError::Busy`], [`ExtractError::OtherSource`], [`ExtractError::TooManyParameters`], [`ExtractError::NoForm`],
     /// [`ExtractError::Gpu`].
     pub fn set_source(&self, space: &Workspace, source: &Source<'_>) -> Result<(), ExtractError> {
-        let _turn = space.turn();
+        let _turn = space.turn()?;
         self.take_source(space, source, &mut None)
     }
 

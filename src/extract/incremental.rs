@@ -336,6 +336,7 @@ fn joined(old: &Kept, slots: impl Iterator<Item = usize>, fresh: Kept) -> (Kept,
         all.bricks.push(of.bricks[slot]);
         all.records.push(of.records[slot]);
         all.counts.push(count);
+        all.first_inside.push(of.first_inside[slot]);
         from.push(place);
     };
     let mut next = 0;

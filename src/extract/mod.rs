@@ -195,6 +195,12 @@ pub enum ExtractError {
     /// The field has no form for this backend.
     #[error(transparent)]
     NoForm(#[from] NoForm),
+    /// An extraction works in the workspace, and the call came from within it: from its progress, or as a task of rayon's on its
+    /// thread.
+    #[error(
+        "an extraction works in the workspace on this very thread: call again when it is done, or prepare a workspace for each"
+    )]
+    Busy,
     /// The iso value is NaN or infinite.
     #[error("the iso value is {0}: give a finite number")]
     Iso(f32),

@@ -130,10 +130,11 @@ impl Extractor {
 
     /// Extracts with the buffers of `space`, which `source` was prepared for: counts, reads the totals
     /// back once, allocates exactly, emits. `progress` hears how much is done, from 0 to 1. `source` may be another than the one
-    /// before, as [`Extractor::set_source`] says. Calls from several threads on one workspace wait for each other.
+    /// before, as [`Extractor::set_source`] says. Calls from several threads on one workspace wait for each other; `progress` must not
+    /// wait for one of them.
     ///
     /// # Errors
-    /// [`ExtractError::OtherSource`], [`ExtractError::Iso`], [`ExtractError::Delta`], [`ExtractError::Gpu`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
+    /// [`ExtractError::Busy`], [`ExtractError::OtherSource`], [`ExtractError::Iso`], [`ExtractError::Delta`], [`ExtractError::Gpu`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
     /// [`ExtractError::Slots`], [`ExtractError::Runaway`]; [`ExtractError::Binding`] if a slab's part of the mesh is more than
     /// the adapter binds; [`ExtractError::MeshBuffer`] if the whole is more than a buffer of it.
     pub fn extract_in(
@@ -161,7 +162,7 @@ impl Extractor {
         read_back: bool,
         progress: &dyn Fn(f64),
     ) -> Result<Run, ExtractError> {
-        let _turn = space.turn();
+        let _turn = space.turn()?;
         let done = self.run_slabs(space, source, options, read_back, progress);
         // They would keep a mesh alive that nobody wants any more.
         space.groups.forget();

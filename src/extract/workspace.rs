@@ -1,7 +1,7 @@
 //! The buffers for extracting one source on the GPU, and the kernels that depend on the source.
 
 use super::plan::{Plan, Slab};
-use super::{Extractor, Method, Options, Source};
+use super::{ExtractError, Extractor, Method, Options, Source};
 use crate::field::{PARAMETER_VECTORS, Sense, Wgsl};
 use crate::gpu::kernel::{Bindings, Groups, binding as b};
 use crate::gpu::settings::Uniforms;
@@ -17,6 +17,7 @@ use crate::stage::sample::{Sample, Samplers};
 use crate::stage::shaders::{self, Samples};
 use crate::volume::Scalar;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::ThreadId;
 use wgpu::BufferUsages as U;
 
 /// Where samples come from, as kernels that are compiled later need it.
@@ -36,7 +37,7 @@ pub(crate) struct SourceKernels {
     sample: Option<Samplers>,
     /// Those of each method, compiled when it is first asked for.
     methods: [OnceLock<MethodKernels>; Method::ALL.len()],
-    /// Classify that takes a field's samples itself, for grids along other axes than the world's and along these.
+    /// Classify that takes a field's samples itself, point by point and by planes.
     classify_sampling: [OnceLock<Classify>; 2],
 }
 
@@ -93,17 +94,55 @@ impl SourceKernels {
         if !(gpu.takes_samples() && shaders::classify_samples(wgsl, method, gpu.form())) {
             return Ok(None);
         }
-        let place = &self.classify_sampling[usize::from(is_aligned)];
+        let by_planes = is_aligned && shaders::shared_planes(wgsl).is_some();
+        let place = &self.classify_sampling[usize::from(by_planes)];
         if let Some(kernel) = place.get() {
             return Ok(Some(kernel));
         }
-        let kernel = Classify::sampling(gpu, wgsl, is_aligned)?;
+        let kernel = Classify::sampling(gpu, wgsl, by_planes)?;
         Ok(Some(place.get_or_init(|| kernel)))
     }
 
     /// The kernels that make vertices with the method and the normals of a run, compiled on the first call.
     pub(crate) fn vertices(&self, gpu: &Gpu, options: &Options) -> Result<&Vertices, GpuError> {
         self.of(gpu, options.method)?.emit.vertices(gpu, self.samples(), options.placement, options.normals)
+    }
+}
+
+/// Who works in a workspace, one at a time.
+#[derive(Debug, Default)]
+struct Turn {
+    lock: Mutex<()>,
+    holder: Mutex<Option<ThreadId>>,
+}
+
+/// A turn, until it is dropped.
+pub(super) struct Held<'a> {
+    turn: &'a Turn,
+    _lock: MutexGuard<'a, ()>,
+}
+
+impl Turn {
+    fn holder(&self) -> MutexGuard<'_, Option<ThreadId>> {
+        self.holder.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits for other threads. A thread does not wait for itself, as in a call from within its own progress, or of a task of
+    /// rayon's that it begins while it waits for others.
+    fn take(&self) -> Result<Held<'_>, ExtractError> {
+        let own = std::thread::current().id();
+        if *self.holder() == Some(own) {
+            return Err(ExtractError::Busy);
+        }
+        let lock = self.lock.lock().unwrap_or_else(PoisonError::into_inner);
+        *self.holder() = Some(own);
+        Ok(Held { turn: self, _lock: lock })
+    }
+}
+
+impl Drop for Held<'_> {
+    fn drop(&mut self) {
+        *self.turn.holder() = None;
     }
 }
 
@@ -124,7 +163,7 @@ pub(super) struct Taken {
 pub struct Workspace {
     pub(super) grid: Grid,
     pub(super) taken: Mutex<Taken>,
-    turn: Mutex<()>,
+    turn: Turn,
     /// Whether the grid's axes are the world's.
     pub(super) is_aligned: bool,
     pub(crate) is_volume: bool,
@@ -222,7 +261,7 @@ impl Workspace {
         let workspace = Workspace {
             grid: *source.grid(),
             taken: Mutex::new(Taken { sense: source.sense(), volume }),
-            turn: Mutex::default(),
+            turn: Turn::default(),
             is_aligned,
             is_volume,
             scalar,
@@ -268,8 +307,11 @@ impl Workspace {
     }
 
     /// To be held by what changes the source or runs from count to emit.
-    pub(super) fn turn(&self) -> MutexGuard<'_, ()> {
-        self.turn.lock().unwrap_or_else(PoisonError::into_inner)
+    ///
+    /// # Errors
+    /// [`ExtractError::Busy`] on the thread that holds it.
+    pub(super) fn turn(&self) -> Result<Held<'_>, ExtractError> {
+        self.turn.take()
     }
 
     /// Where in `Work` the count of samples that are not finite lies.

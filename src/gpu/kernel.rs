@@ -262,21 +262,13 @@ impl Kernel {
         constants: &[(&str, f64)],
     ) -> Result<Self, GpuError> {
         gpu.check_limits()?;
-        Self::compile(gpu, source, entry, constants).map_err(|error| match error {
-            // The crate's own text compiles: what is wrong is the field's.
-            GpuError::Refused(why) if source.contains(FIELD_PARAMETERS) => GpuError::FieldWgsl(why),
-            error => error,
-        })
-    }
-
-    fn compile(
-        gpu: &Gpu,
-        source: &str,
-        entry: &'static str,
-        constants: &[(&str, f64)],
-    ) -> Result<Self, GpuError> {
+        let is_of_field = source.contains(FIELD_PARAMETERS);
         let source = for_device(source, gpu.has_immediates());
-        let (module, info) = parse(&source)?;
+        let (module, info) = parse(&source).map_err(|error| match error {
+            // The crate's own text is right: what is wrong is the field's.
+            GpuError::Refused(why) if is_of_field => GpuError::FieldWgsl(why),
+            error => error,
+        })?;
         let place = module.entry_points.iter().position(|e| e.name == entry);
         let place = place.ok_or_else(|| GpuError::Refused(format!("no entry point {entry}")))?;
         let used = info.get_entry_point(place);

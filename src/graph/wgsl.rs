@@ -9,6 +9,7 @@ use super::lower::Program;
 use super::ops::{Binary, Unary};
 use super::tape::{Code, Instruction, Op, Operand};
 use crate::field::Planes;
+use std::collections::HashSet;
 use std::fmt::Write;
 
 /// Operations up to which bounds are written one after the other. Of longer fields they are a loop over the
@@ -27,7 +28,7 @@ struct Writer<'a> {
     program: &'a Program,
     places: Vec<u32>,
     /// Where the numbers are read that are there, where some are: of `plane` or of `level`.
-    known: [Vec<Operand>; 2],
+    known: [HashSet<Operand>; 2],
 }
 
 impl Writer<'_> {
@@ -219,14 +220,14 @@ fn write_planes(program: &Program) -> Option<Planes> {
     // What is asked of the first two parts: by what is done at each point, and as the whole.
     let at_points = tape.instructions.iter().zip(&parts).filter(|(_, part)| **part == Part::Points);
     let asked = at_points.flat_map(|(instruction, _)| instruction.operands()).chain([&tape.root]);
-    let mut known = [const { Vec::new() }; 2];
+    let (mut known, mut seen) = ([const { Vec::new() }; 2], HashSet::new());
     for &operand in asked {
         let of = match part_of(&parts, operand) {
             Some(Part::OnePlane) => &mut known[0],
             Some(Part::Planes) => &mut known[1],
             Some(Part::Points) | None => continue,
         };
-        if !of.contains(&operand) {
+        if seen.insert(operand) {
             of.push(operand);
         }
     }
@@ -260,7 +261,7 @@ fn write_planes(program: &Program) -> Option<Planes> {
         })
         .collect();
     let bytes = known.each_ref().map(|known| 4 * known.len() as u32);
-    writer.known = known;
+    writer.known = known.map(|known| known.into_iter().collect());
     // Writing to a string does not fail.
     let _ = writeln!(
         text,

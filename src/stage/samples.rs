@@ -16,8 +16,8 @@ pub struct Samples<'a> {
     plane_pitch: usize,
     /// Samples along x, y, z: 1 to 9.
     pub extent: [usize; 3],
-    /// Whether all are there, or only those that emit asks for.
-    pub is_whole: bool,
+    /// Where only those are there that emit asks for, whether the first one is inside: it need not be among them.
+    pub first_inside: Option<bool>,
 }
 
 impl<'a> Samples<'a> {
@@ -48,7 +48,7 @@ impl<'a> Samples<'a> {
             row_pitch: nx,
             plane_pitch: nx * ny,
             extent: extent(points, origin),
-            is_whole: true,
+            first_inside: None,
         }
     }
 
@@ -56,12 +56,12 @@ impl<'a> Samples<'a> {
     #[inline(always)]
     pub fn of_brick(values: &'a [f32; SAMPLES_PER_BRICK], points: [u32; 3], origin: UVec3) -> Self {
         let data = Slice::F32(values);
-        Self { data, row_pitch: 9, plane_pitch: 81, extent: extent(points, origin), is_whole: true }
+        Self { data, row_pitch: 9, plane_pitch: 81, extent: extent(points, origin), first_inside: None }
     }
 
-    /// The same, of which not all are there.
-    pub fn in_part(self) -> Self {
-        Self { is_whole: false, ..self }
+    /// The same, of which not all are there; whether the first one is inside.
+    pub fn in_part(self, first_inside: bool) -> Self {
+        Self { first_inside: Some(first_inside), ..self }
     }
 
     /// The brick at `origin`, whose samples begin where `values` do, in a row of bricks that are sampled together at so
@@ -70,7 +70,7 @@ impl<'a> Samples<'a> {
     pub fn of_row(values: &'a [f32], sampled: [usize; 3], points: [u32; 3], origin: UVec3) -> Self {
         let [nx, ny, _] = sampled;
         let data = Slice::F32(values);
-        Self { data, row_pitch: nx, plane_pitch: nx * ny, extent: extent(points, origin), is_whole: true }
+        Self { data, row_pitch: nx, plane_pitch: nx * ny, extent: extent(points, origin), first_inside: None }
     }
 
     /// Tells for each sample of row (y, z) whether it is inside, a bit each.

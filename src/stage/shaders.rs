@@ -249,10 +249,14 @@ pub fn classify(samples: Samples<'_>, method: Method, form: Form) -> String {
 /// Bytes of workgroup memory that a brick's columns and levels may take: with more, fewer bricks are on their way at once.
 const MOST_SHARED: u32 = 6144;
 
-/// The classify stage that takes a field's samples itself, for grids along the world's axes or for any.
-pub fn classify_sampling(wgsl: &Wgsl, form: Form, is_aligned: bool) -> String {
-    let fits = |planes: &&Planes| 81 * planes.bytes[0] + 9 * planes.bytes[1] <= MOST_SHARED;
-    let source = match wgsl.planes.as_ref().filter(|_| is_aligned).filter(fits) {
+/// The parts of a field by which classify takes its samples in grids along the world's axes.
+pub fn shared_planes(wgsl: &Wgsl) -> Option<&Planes> {
+    wgsl.planes.as_ref().filter(|planes| 81 * planes.bytes[0] + 9 * planes.bytes[1] <= MOST_SHARED)
+}
+
+/// The classify stage that takes a field's samples itself, by [`shared_planes`] where they are to be used.
+pub fn classify_sampling(wgsl: &Wgsl, form: Form, by_planes: bool) -> String {
+    let source = match shared_planes(wgsl).filter(|_| by_planes) {
         Some(planes) => link(&[&field_part(wgsl, &planes.text), EVALUATE_PLANES]),
         None => link(&[&field_part(wgsl, &wgsl.value), EVALUATE]),
     };

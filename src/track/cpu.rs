@@ -211,6 +211,7 @@ fn sorted(all: Vec<Kept>, count: usize) -> Kept {
         kept.bricks.push(brick);
         kept.records.push(from.records[j]);
         kept.counts.push(from.counts[j]);
+        kept.first_inside.push(from.first_inside[j]);
     }
     kept
 }

@@ -3,13 +3,14 @@
 use crate::common;
 use crate::{on_cpu, read};
 use glam::Vec3;
-use isoforge::extract::{Extractor, Options, Source, extract_on_cpu};
+use isoforge::extract::{ExtractError, Extractor, Options, Source, extract_on_cpu};
 use isoforge::field::Sense;
 use isoforge::gpu::GpuMesh;
 use isoforge::graph::{GraphField, shapes::sphere};
 use isoforge::grid::Grid;
 use isoforge::volume::Volume;
 use rayon::prelude::*;
+use std::cell::Cell;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
@@ -117,4 +118,26 @@ fn another_sense() {
         let found = extractor.extract_in(&space, &source, &Options::new(0.0), &|_| {}).unwrap();
         assert_eq!(read(&extractor, &found).triangles, on_cpu(&source, &Options::new(0.0)).triangles);
     }
+}
+
+/// Calls on a workspace from within an extraction in it are refused, and do not wait for its end, which waits for them.
+///
+/// Goes red, by never ending, when `Turn::take` (src/extract/workspace.rs) does not ask who holds it.
+#[test]
+fn a_workspace_from_within() {
+    let Some(extractor) = common::extractor() else { return };
+    let (gyroid, grid) = common::named("gyroid", 20);
+    let source = Source::Field(&gyroid, grid);
+    let space = extractor.prepare(&source, u64::MAX).unwrap();
+    let told = Cell::new(0);
+    let within = |_| {
+        told.set(told.get() + 1);
+        assert!(matches!(extractor.set_source(&space, &source), Err(ExtractError::Busy)));
+        let again = extractor.extract_in(&space, &source, &Options::new(0.1), &|_| {});
+        assert!(matches!(again, Err(ExtractError::Busy)));
+    };
+    let found = extractor.extract_in(&space, &source, &Options::new(0.0), &within).unwrap();
+    assert!(told.get() > 0);
+    assert_eq!(read(extractor, &found).triangles, on_cpu(&source, &Options::new(0.0)).triangles);
+    extractor.set_source(&space, &source).unwrap();
 }

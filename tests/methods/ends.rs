@@ -3,11 +3,11 @@
 use crate::{common, on_cpu, options};
 use glam::{Mat3, Vec3};
 use isoforge::extract::{Capped, Source};
-use isoforge::field::{Closure, Field, Points, Sense};
+use isoforge::field::{Closure, Field, NoForm, Points, Sense, Wgsl};
 use isoforge::graph::blobs::{Blobs, Component, Kernel};
 use isoforge::graph::{Expr, GraphField, x, y, z};
 use isoforge::grid::Grid;
-use isoforge::mesh::Mesh;
+use isoforge::mesh::{Mesh, Vertex};
 
 /// Triangles, and positions bit for bit: normals of volumes come from elsewhere.
 fn shape(mesh: Mesh) -> (Vec<[u32; 3]>, Vec<[u32; 3]>) {
@@ -57,6 +57,61 @@ fn of_fields_as_of_their_values() {
                 });
                 assert!(own.0.len() > 100 && own == whole, "{name}, capped, {:?}", options.method);
             }
+        }
+    }
+}
+
+/// A field of which the last bits depend on how many points are asked for together, as in a vector loop with a remainder that rounds
+/// in another way, and which is next to iso at the first point of every brick.
+#[derive(Debug)]
+struct Uneven {
+    /// What is added to few points, and to all of a brick.
+    last_bits: [f32; 2],
+}
+
+impl Field for Uneven {
+    fn sense(&self) -> Sense {
+        Sense::Below
+    }
+
+    fn values(&self, points: Points<'_>, out: &mut [f32]) -> Result<(), NoForm> {
+        let last_bits = self.last_bits[usize::from(points.x.len() == 729)];
+        for (i, out) in out.iter_mut().enumerate() {
+            let p = Vec3::new(points.x[i], points.y[i], points.z[i]);
+            *out =
+                (std::f32::consts::PI * p / 8.0).to_array().map(f32::sin).iter().product::<f32>() + last_bits;
+        }
+        Ok(())
+    }
+
+    fn wgsl(&self) -> Result<Wgsl, NoForm> {
+        Err(NoForm::Gpu)
+    }
+}
+
+/// What is inside classify says alone: where emit finds other last bits, vertices move by as much, and triangles stay.
+///
+/// Goes red when `emit_brick` (src/extract/cpu.rs) tests the first point anew.
+#[test]
+fn of_fields_whose_last_bits_vary() {
+    let grid = Grid::new([32; 3], Vec3::splat(-8.0), Mat3::IDENTITY).unwrap();
+    let [uneven, even] = [-1e-7, 1e-7].map(|few| Uneven { last_bits: [few, 1e-7] });
+    for options in options(0.0) {
+        let [own, expected] = [&uneven, &even].map(|field| {
+            let source = Source::Field(field, grid);
+            let capped = Capped::new(&source, &options).unwrap();
+            [on_cpu(&source, &options), on_cpu(&capped.source(), &options)]
+        });
+        for (own, expected) in own.iter().zip(&expected) {
+            assert!(
+                own.triangles.len() > 1000 && own.triangles == expected.triangles,
+                "{:?}",
+                options.method
+            );
+            let near = |(a, b): (&Vertex, &Vertex)| a.at().distance(b.at()) < 1e-5;
+            let far = own.vertices.iter().zip(&expected.vertices).filter(|pair| !near(*pair)).count();
+            // On edges that run within iso the last bits decide.
+            assert!(far * 10 < own.vertices.len(), "{:?}: {far}", options.method);
         }
     }
 }

@@ -54,12 +54,12 @@ impl Classify {
     }
 
     /// Compiles the kernel that takes the samples of a field itself, and leaves them where the sample stage would;
-    /// `is_aligned` says whether the grid's axes are the world's.
+    /// `by_planes`, for grids along the world's axes, by the field's parts.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
-    pub fn sampling(gpu: &Gpu, wgsl: &Wgsl, is_aligned: bool) -> Result<Self, GpuError> {
-        let source = shaders::classify_sampling(wgsl, gpu.form(), is_aligned);
+    pub fn sampling(gpu: &Gpu, wgsl: &Wgsl, by_planes: bool) -> Result<Self, GpuError> {
+        let source = shaders::classify_sampling(wgsl, gpu.form(), by_planes);
         Ok(Self(Kernel::new(gpu, &source, "classify", &[])?))
     }
 

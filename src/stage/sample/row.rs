@@ -2,7 +2,6 @@
 
 use super::cpu::sample;
 use crate::field::{Field, NoForm, Points};
-use crate::graph::eval::LANES;
 use crate::grid::{BRICK, SAMPLES_PER_BRICK};
 use crate::stage::params::Params;
 use crate::stage::samples::Samples;
@@ -57,19 +56,22 @@ impl Sampler {
         Ok(Samples::of_brick(values, params.points, origin))
     }
 
-    /// Whether [`Sampler::some`] at these points is less work than [`Sampler::brick`].
-    pub fn saves(&self, params: &Params, field: &dyn Field, brick: u32, points: &[u16; 81]) -> bool {
-        let count = points.iter().map(|row| row.count_ones() as usize).sum::<usize>();
-        let lattice = field.lattice().filter(|_| params.is_aligned());
-        !self.has(brick)
-            && lattice.is_none_or(|lattice| count.next_multiple_of(LANES) <= lattice.points_as_a_brick())
+    /// How many points [`Sampler::some`] takes, at most, for less work than [`Sampler::brick`] is: 0 where it never is.
+    #[inline(always)]
+    pub fn most_points(&self, params: &Params, field: &dyn Field, brick: u32) -> usize {
+        match field.lattice() {
+            _ if self.has(brick) => 0,
+            Some(lattice) if params.is_aligned() => lattice.points_as_a_brick(),
+            _ => SAMPLES_PER_BRICK,
+        }
     }
 
     fn has(&self, brick: u32) -> bool {
         brick.wrapping_sub(self.first) < self.count
     }
 
-    /// The samples of a brick at some of its points, a bit each of row y + 9 z: the same values as where all are taken.
+    /// The samples of a brick at some of its points, a bit each of row y + 9 z, of which classify found the first inside or not. The
+    /// values need not be, bit for bit, those that classify saw: what decides cases is not asked of them.
     ///
     /// # Errors
     /// [`NoForm::Cpu`].
@@ -79,6 +81,7 @@ impl Sampler {
         field: &dyn Field,
         brick: u32,
         points: &[u16; 81],
+        first_inside: bool,
     ) -> Result<Samples<'_>, NoForm> {
         let origin = params.brick_origin(brick);
         let [x, y, z, found] = &mut self.some;
@@ -98,7 +101,9 @@ impl Sampler {
             z.push(p[2]);
         });
         found.resize(x.len(), 0.0);
-        field.values(Points { x, y, z }, found)?;
+        if !found.is_empty() {
+            field.values(Points { x, y, z }, found)?;
+        }
         self.count = 0;
         let values: &mut [f32; SAMPLES_PER_BRICK] =
             self.values.first_chunk_mut().expect("a brick's samples at least");
@@ -108,7 +113,7 @@ impl Sampler {
                 values[i + 9 * (j + 9 * k)] = value;
             }
         });
-        Ok(Samples::of_brick(values, params.points, origin).in_part())
+        Ok(Samples::of_brick(values, params.points, origin).in_part(first_inside))
     }
 
     /// Samples `count` bricks from `first` on; `false` if the field or the grid is not made for it.

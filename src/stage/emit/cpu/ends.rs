@@ -7,8 +7,7 @@ use crate::stage::classify::cpu::{InsideRows, PlaneShape, cell_case, mixed_cells
 use crate::stage::method::Method;
 use crate::table::mc33::MC33;
 
-/// Both ends of each crossed edge that the brick owns, and the first point, by which it is known which ends are inside: a bit each
-/// of row y + 9 z. `None` where emit asks for more: of a cell that its case does not decide all corners count.
+/// Both ends of each crossed edge that the brick owns, a bit each of row y + 9 z. `None` where emit asks for more: of a cell that its case does not decide all corners count.
 pub fn ends(
     method: Method,
     extent: [usize; 3],
@@ -16,7 +15,6 @@ pub fn ends(
     beside: &Beside<'_>,
 ) -> Option<[u16; 81]> {
     let mut points = [0; 81];
-    points[0] = 1;
     match method {
         Method::Tetrahedra => {
             for ([x, y, z], direction) in tetrahedra::Edges::new(record.tetrahedra(), extent) {

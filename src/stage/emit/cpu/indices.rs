@@ -257,9 +257,9 @@ fn indices(
 ) {
     let table = &*MARCHING_CUBES;
     // A volume's samples are read in order here, so that the vertices find them in the cache.
-    let rows = match samples.is_whole {
-        true => InsideRows::new(samples, inside),
-        false => InsideRows::of_edges(inside.test(samples.at(0, 0, 0)), beside.records()),
+    let rows = match samples.first_inside {
+        None => InsideRows::new(samples, inside),
+        Some(is_inside) => InsideRows::of_edges(is_inside, beside.records()),
     };
     numbers.fill(beside);
     let mut left = triangles;

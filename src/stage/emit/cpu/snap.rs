@@ -11,11 +11,14 @@ const MOST_STEPS: usize = 32;
 /// 2⁻²²: less does not show beside a whole number.
 const LEAST_NEAR: f32 = f32::from_bits(105 << 23);
 
+/// A corner that is taken in place of an earlier one is nearer by this much at least, of squares.
+const NEARER: f32 = f32::from_bits(107 << 23);
+
 /// How far apart on its line the field is looked at for a vertex within a cell, in grid steps along the axis that the line goes
 /// along most, and how often on either side.
 const LOOK_STEP: f32 = 0.125;
 const LOOKS: usize = 6;
-/// From the cell's faces such a vertex stays this far, in grid steps.
+/// From the cell's faces such a vertex stays this far on the gradient's line, in grid steps.
 const MARGIN: f32 = 0.015625;
 
 /// What is left of a line: fractions of it, and the values there.
@@ -193,7 +196,8 @@ impl Cell {
         for (corner, &sample) in self.samples.iter().enumerate() {
             let way = corner_at(corner) - within;
             let length = (way.x * way.x + way.y * way.y) + way.z * way.z;
-            if inside.test(sample) == side && length < least {
+            // Of near ties the first: drivers that contract sums must not choose another.
+            if inside.test(sample) == side && length < least - NEARER {
                 (nearest, least) = (corner, length);
             }
         }
