@@ -1,5 +1,6 @@
 //! What the CPU path is made of: the twins of every stage on all cores, bricks by tasks.
 
+use super::kept::{KEPT_BYTES, Kept, TASK, Task, resize, tasks};
 use super::{ExtractError, Options, STAGES, Source, check, stage_index as at};
 use crate::field::differences::Normals;
 use crate::field::{Field, NoForm, Sense};
@@ -8,23 +9,19 @@ use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
 use crate::stage::cull::bounds::BlockFields;
 use crate::stage::emit::cpu::{
-    Beside, EdgeNumbers, Gradients, Nearby, NormalsOf, emit_indices, emit_vertices, ends,
+    Beside, EdgeNumbers, Gradients, Nearby, NormalsOf, count, emit_indices, emit_vertices, ends,
 };
 use crate::stage::inside::Inside;
 use crate::stage::normals::cpu::{add_neighbours, average};
 use crate::stage::params::Params;
 use crate::stage::sample::row::Sampler;
 use crate::stage::samples::Samples;
-use crate::stage::scan::cpu::scan;
 use crate::volume::Volume;
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
-
-/// Bricks that one task takes.
-pub(crate) const TASK: usize = 32;
 
 /// What [`Kept`] is called where it does not fit.
 pub(crate) const RECORDS: &str = "the records of the bricks with surface";
@@ -254,18 +251,16 @@ impl<'a> Job<'a> {
         let (params, inside, brick) = (&self.params, self.inside, bricks[slot]);
         let beside = Beside::new(nearby, bricks, records, counts, slot);
         let samples = match self.source {
-            Source::Volume(volume) => Samples::of_source(volume.values(), params, params.brick_origin(brick)),
+            Source::Volume(_) => self.samples(next, sampler)?,
             Source::Field(whole, _) => {
                 let here = self.fields.field_in(params, brick, whole);
+                // How many points by themselves are less work than the brick.
                 let most = sampler.most_points(params, here, brick);
-                let few = |points: &[u16; 81]| {
-                    points.iter().map(|row| row.count_ones() as usize).sum::<usize>() <= most
-                };
-                let points =
-                    (most > 0).then(|| ends(params.method, params.extent(brick), &records[slot], &beside));
-                match points.flatten().filter(few) {
+                let ends = || ends(params.method, params.extent(brick), &records[slot], &beside);
+                let points = if most == 0 { None } else { ends() };
+                match points.filter(|points| count(points) <= most) {
                     Some(points) => sampler.some(params, here, brick, &points, first_inside[slot])?,
-                    None => sampler.brick(params, here, brick, || self.row_of(whole, next))?,
+                    None => self.samples(next, sampler)?,
                 }
             }
         };
@@ -329,128 +324,6 @@ impl Scratch {
         self.nearby = Nearby::new(params, &kept.bricks, first);
     }
 }
-
-/// Bytes of a brick in [`Kept`].
-pub(crate) const KEPT_BYTES: usize = size_of::<BrickRecord>() + 8 + 4 + 1;
-
-/// Gives a vector a length, and new memory only where that is more than it had: zeroed pages, which cost nothing until they
-/// are written.
-fn resize<T: bytemuck::Zeroable + Copy>(items: &mut Vec<T>, length: usize) {
-    if length > items.capacity() {
-        // The old memory first: both together may be too much.
-        *items = Vec::new();
-        *items = bytemuck::zeroed_vec(length);
-    } else {
-        items.resize(length, T::zeroed());
-    }
-}
-
-/// The bricks that hold surface, with what classify says of them.
-#[derive(Debug, Default)]
-pub(crate) struct Kept {
-    pub(crate) bricks: Vec<u32>,
-    pub(crate) records: Vec<BrickRecord>,
-    /// Vertices and triangles of each; once emitted, those before it, and the totals behind the last.
-    pub(crate) counts: Vec<[u32; 2]>,
-    /// Whether the first point of each is inside, where the source is a field.
-    pub(crate) first_inside: Vec<bool>,
-    /// NaN and infinite samples of a field, of bricks without surface too.
-    pub(crate) non_finite: u64,
-}
-
-impl Kept {
-    pub(super) fn clear(&mut self) {
-        self.bricks.clear();
-        self.records.clear();
-        self.counts.clear();
-        self.first_inside.clear();
-        self.non_finite = 0;
-    }
-
-    /// Drops the bricks without triangles and vertices.
-    fn drop_empty(&mut self) {
-        let mut to = 0;
-        for from in 0..self.counts.len() {
-            if self.counts[from] != [0; 2] {
-                if to < from {
-                    (self.bricks[to], self.records[to], self.counts[to]) =
-                        (self.bricks[from], self.records[from], self.counts[from]);
-                    self.first_inside[to] = self.first_inside[from];
-                }
-                to += 1;
-            }
-        }
-        self.bricks.truncate(to);
-        self.records.truncate(to);
-        self.counts.truncate(to);
-        self.first_inside.truncate(to);
-    }
-
-    /// Vertices and triangles of all bricks.
-    pub(crate) fn totals(&self) -> Result<[usize; 2], ExtractError> {
-        let add = |t: [u64; 2], c: &[u32; 2]| [t[0] + u64::from(c[0]), t[1] + u64::from(c[1])];
-        let [vertices, triangles] = self.counts.iter().fold([0; 2], add);
-        if vertices > u64::from(u32::MAX) || 3 * triangles > u64::from(u32::MAX) {
-            return Err(ExtractError::TooLarge { vertices, triangles });
-        }
-        Ok([vertices as usize, triangles as usize])
-    }
-
-    /// From counts to offsets.
-    pub(crate) fn scan(&mut self) {
-        self.counts.push([0; 2]);
-        scan(&mut self.counts);
-    }
-
-    /// Vertices and triangles of a slot, once there are offsets.
-    #[inline(always)]
-    pub(crate) fn own(&self, slot: usize) -> [Range<usize>; 2] {
-        [0, 1].map(|i| self.counts[slot][i] as usize..self.counts[slot + 1][i] as usize)
-    }
-
-    /// The room for a slot's vertices and triangles, off the front of what is left.
-    #[inline(always)]
-    pub(crate) fn take_own<'a>(
-        &self,
-        slot: usize,
-        vertices: &mut &'a mut [Vertex],
-        triangles: &mut &'a mut [[u32; 3]],
-    ) -> (&'a mut [Vertex], &'a mut [[u32; 3]]) {
-        let [own_vertices, own_triangles] = self.own(slot).map(|own| own.len());
-        let (first_vertices, rest) = std::mem::take(vertices).split_at_mut(own_vertices);
-        *vertices = rest;
-        let (first_triangles, rest) = std::mem::take(triangles).split_at_mut(own_triangles);
-        *triangles = rest;
-        (first_vertices, first_triangles)
-    }
-
-    pub(crate) fn reserve(&mut self, bricks: usize) {
-        self.bricks.reserve_exact(bricks);
-        self.records.reserve_exact(bricks);
-        self.counts.reserve_exact(bricks + 1);
-        self.first_inside.reserve_exact(bricks);
-    }
-
-    /// A copy of the bricks from slot `first` on, with `less` taken off their numbers.
-    pub(super) fn tail(&self, first: usize, less: u32) -> Self {
-        Self {
-            bricks: self.bricks[first..].iter().map(|brick| brick - less).collect(),
-            records: self.records[first..].to_vec(),
-            counts: self.counts[first..].to_vec(),
-            first_inside: self.first_inside[first..].to_vec(),
-            non_finite: 0,
-        }
-    }
-
-    pub(crate) fn append(&mut self, other: &mut Self) {
-        self.bricks.append(&mut other.bricks);
-        self.records.append(&mut other.records);
-        self.counts.append(&mut other.counts);
-        self.first_inside.append(&mut other.first_inside);
-        self.non_finite += other.non_finite;
-    }
-}
-
 /// Measures the stages, each from the end of the one before.
 pub(crate) struct Clock {
     since: Instant,
@@ -483,29 +356,4 @@ impl<'a> Progress<'a> {
         let done = self.done.fetch_add(count, Ordering::Relaxed) + count;
         (self.tell)(done as f64 / self.all as f64);
     }
-}
-
-/// A run of slots and the part of the mesh that is theirs.
-pub(crate) struct Task<'a> {
-    pub(crate) slots: Range<usize>,
-    pub(crate) vertices: &'a mut [Vertex],
-    pub(crate) triangles: &'a mut [[u32; 3]],
-}
-
-pub(crate) fn tasks<'a>(
-    offsets: &[[u32; 2]],
-    slots: Range<usize>,
-    mut vertices: &'a mut [Vertex],
-    mut triangles: &'a mut [[u32; 3]],
-) -> Vec<Task<'a>> {
-    let mut tasks = Vec::with_capacity(slots.len().div_ceil(TASK));
-    for first in slots.clone().step_by(TASK) {
-        let end = (first + TASK).min(slots.end);
-        let size = [0, 1].map(|i| (offsets[end][i] - offsets[first][i]) as usize);
-        let (own_vertices, own_triangles);
-        (own_vertices, vertices) = vertices.split_at_mut(size[0]);
-        (own_triangles, triangles) = triangles.split_at_mut(size[1]);
-        tasks.push(Task { slots: first..end, vertices: own_vertices, triangles: own_triangles });
-    }
-    tasks
 }

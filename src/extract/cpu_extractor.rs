@@ -1,6 +1,7 @@
 //! The CPU path: the twins of every stage, end to end.
 
-use super::cpu::{BRICKS, Clock, Job, KEPT_BYTES, Kept};
+use super::cpu::{BRICKS, Clock, Job};
+use super::kept::{KEPT_BYTES, Kept};
 use super::{ExtractError, Options, Report, Source, stage_index as at};
 use crate::mesh::Mesh;
 use crate::stage::cull::bounds::{Culled, cull_field};

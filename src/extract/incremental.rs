@@ -1,7 +1,8 @@
 //! Extraction again after an edit: only bricks that it can have touched are sampled, and the others' vertices and
 //! triangles are taken over.
 
-use super::cpu::{BRICKS, Clock, Job, KEPT_BYTES, Kept, MESH, RECORDS, Scratch, TASK, tasks};
+use super::cpu::{BRICKS, Clock, Job, MESH, RECORDS, Scratch};
+use super::kept::{KEPT_BYTES, Kept, TASK, tasks};
 use super::{ExtractError, Method, Options, Placement, STAGES, Source, stage_index as at};
 use crate::field::differences::Normals;
 use crate::field::{Field, NoForm, Sense};

@@ -1,7 +1,8 @@
 //! Volumes that are larger than memory: slabs of brick layers, one at a time, from the file to the file.
 
 use super::border::Faces;
-use super::cpu::{Clock, Job, KEPT_BYTES, Kept, TASK};
+use super::cpu::{Clock, Job};
+use super::kept::{KEPT_BYTES, Kept, TASK};
 use super::{ExtractError, Method, Options, Report, stage_index as at};
 use crate::mesh::Vertex;
 use crate::mesh::write::WriteError;

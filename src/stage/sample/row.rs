@@ -86,8 +86,9 @@ impl Sampler {
         let origin = params.brick_origin(brick);
         let [x, y, z, found] = &mut self.some;
         [&mut *x, &mut *y, &mut *z].into_iter().for_each(Vec::clear);
-        let along = (field.lattice().is_some() && params.is_aligned())
-            .then(|| [0, 1, 2].map(|k| axis(params, origin, k)));
+        let along = (field.lattice().is_some() && params.is_aligned()).then(|| {
+            [0, 1, 2].map(|k| [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|i| coordinate(params, k, origin[k] + i)))
+        });
         each(points, |[i, j, k]| {
             let p = match &along {
                 Some([x, y, z]) => [x[i], y[j], z[k]],
@@ -120,13 +121,9 @@ impl Sampler {
     fn take_row(&mut self, params: &Params, field: &dyn Field, first: u32, count: u32) -> bool {
         let (Some(lattice), true) = (field.lattice(), params.is_aligned()) else { return false };
         let origin = params.brick_origin(first).to_array();
-        let steps = [params.step_x[0], params.step_y[1], params.step_z[2]];
         let axis = |k: usize, bricks: u32| -> Vec<f32> {
             let end = (origin[k] + BRICK * bricks + 1).min(params.points[k]);
-            // As positions are everywhere: the sum with what the other axes add, which is 0.
-            (origin[k]..end)
-                .map(|i| params.origin[k] + (steps[k] * (i as f32 - params.margin) + 0.0))
-                .collect()
+            (origin[k]..end).map(|i| coordinate(params, k, i)).collect()
         };
         let [x, y, z] = [axis(0, count), axis(1, 1), axis(2, 1)];
         self.points = [x.len(), y.len(), z.len()];
@@ -139,11 +136,11 @@ impl Sampler {
     }
 }
 
-/// The coordinates of a brick's points along an axis of a grid along the world's axes.
-fn axis(params: &Params, origin: UVec3, k: usize) -> [f32; 9] {
-    let steps = [params.step_x[0], params.step_y[1], params.step_z[2]];
-    let coordinate = |i: u32| params.origin[k] + (steps[k] * ((origin[k] + i) as f32 - params.margin) + 0.0);
-    [0, 1, 2, 3, 4, 5, 6, 7, 8].map(coordinate)
+/// Where point `i` along axis `k` lies, in a grid along the world's axes.
+fn coordinate(params: &Params, k: usize, i: u32) -> f32 {
+    let step = [params.step_x[0], params.step_y[1], params.step_z[2]][k];
+    // As positions are everywhere: the sum with what the other axes add, which is 0.
+    params.origin[k] + (step * (i as f32 - params.margin) + 0.0)
 }
 
 /// Hands on each of the points that have a bit in row y + 9 z.

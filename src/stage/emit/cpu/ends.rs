@@ -7,7 +7,8 @@ use crate::stage::classify::cpu::{InsideRows, PlaneShape, cell_case, mixed_cells
 use crate::stage::method::Method;
 use crate::table::mc33::MC33;
 
-/// Both ends of each crossed edge that the brick owns, a bit each of row y + 9 z. `None` where emit asks for more: of a cell that its case does not decide all corners count.
+/// Both ends of each crossed edge that the brick owns, a bit each of row y + 9 z. `None` where emit asks for more: of a cell that its
+/// case does not decide all corners count.
 pub fn ends(
     method: Method,
     extent: [usize; 3],
@@ -36,6 +37,11 @@ pub fn ends(
         }
     }
     Some(points)
+}
+
+/// How many points these are.
+pub fn count(points: &[u16; 81]) -> usize {
+    points.iter().map(|row| row.count_ones() as usize).sum()
 }
 
 /// Whether there is a cell that its case does not decide. Which points are inside the edges do not tell, and need not: a case and that

@@ -8,7 +8,7 @@ mod tetrahedra;
 mod vertices;
 
 pub use centres::NormalsOf;
-pub use ends::ends;
+pub use ends::{count, ends};
 pub use indices::{Beside, EdgeNumbers, Nearby};
 pub use vertices::{FAR, Gradients, renumber_brick};
 
