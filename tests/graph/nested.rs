@@ -1,6 +1,6 @@
 //! A leaf that evaluates a field of its own.
 
-use crate::{field, gradients, values};
+use crate::{common, field, gradients, on_gpu, values};
 use glam::Vec3;
 use isoforge::extract::{Options, Source, extract_on_cpu};
 use isoforge::field::{Field, LatticeValues, Points};
@@ -50,8 +50,17 @@ impl Leaf for Inner {
         self.0.range(at)
     }
 
-    fn wgsl(&self, _: &str, _: usize) -> LeafWgsl {
-        unimplemented!("for the CPU")
+    /// [`ball`], which is the field within.
+    fn wgsl(&self, name: &str, _: usize) -> LeafWgsl {
+        LeafWgsl {
+            value: format!("fn {name}(p: vec3<f32>) -> f32 {{ return length(p) - 0.8; }}\n"),
+            gradient: format!(
+                "fn {name}_gradient(p: vec3<f32>) -> vec4<f32> {{ return vec4<f32>(length(p) - 0.8, p / length(p)); }}\n"
+            ),
+            interval: format!(
+                "fn {name}_interval(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32> {{ return ALL; }}\n"
+            ),
+        }
     }
 }
 
@@ -68,6 +77,11 @@ fn a_leaf_may_evaluate_a_field() {
     let points: Vec<[f32; 3]> = (0..150).map(|i| [i as f32 * 0.01, 0.3, i as f32 * -0.02]).collect();
     assert_eq!(values(&nested, &points), values(&flat, &points));
     assert_eq!(gradients(&nested, &points), gradients(&flat, &points));
+    if let Some(gpu) = common::gpu() {
+        for (a, b) in on_gpu::values(gpu, &nested, &points).into_iter().zip(values(&nested, &points)) {
+            assert!((a - b).abs() < 1e-6, "{a} on the GPU, {b} on the CPU");
+        }
+    }
     let grid = Grid::from_bounds([20; 3], Vec3::NEG_ONE, Vec3::ONE).unwrap();
     let mesh = |field: &GraphField| {
         extract_on_cpu(&Source::Field(field, grid), &Options::new(0.0), &|_| {}).unwrap().0

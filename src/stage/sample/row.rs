@@ -51,7 +51,7 @@ impl Sampler {
             return Ok(Samples::of_row(&self.values[first..], self.points, params.points, origin));
         }
         self.count = 0;
-        let values = self.values.first_chunk_mut().expect("a brick's samples at least");
+        let values = brick_of(&mut self.values);
         sample(params, field, origin, values)?;
         Ok(Samples::of_brick(values, params.points, origin))
     }
@@ -106,8 +106,7 @@ impl Sampler {
             field.values(Points { x, y, z }, found)?;
         }
         self.count = 0;
-        let values: &mut [f32; SAMPLES_PER_BRICK] =
-            self.values.first_chunk_mut().expect("a brick's samples at least");
+        let values = brick_of(&mut self.values);
         let mut found = found.iter();
         each(points, |[i, j, k]| {
             if let Some(&value) = found.next() {
@@ -134,6 +133,11 @@ impl Sampler {
         (self.first, self.count) = (first, count);
         lattice.lattice_values([&x, &y, &z], &mut self.values[..all])
     }
+}
+
+/// The values of a brick, which come first; there is always room for one.
+fn brick_of(values: &mut [f32]) -> &mut [f32; SAMPLES_PER_BRICK] {
+    values.first_chunk_mut().expect("a brick's samples at least")
 }
 
 /// Where point `i` along axis `k` lies, in a grid along the world's axes.
