@@ -15,6 +15,7 @@ use crate::stage::emit::cpu::{
     Beside, EdgeNumbers, Gradients, Nearby, NormalsOf, emit_indices, emit_vertices,
 };
 use crate::stage::inside::{Inside, order_key};
+use crate::stage::method::Placement;
 use crate::stage::normals::cpu::{add_neighbours, average};
 use crate::stage::params::Params;
 use crate::stage::sample::cpu::sample;
@@ -346,7 +347,7 @@ fn compare_emit(
     gpu: &Snapshot,
     mesh: &Mesh,
 ) -> Result<(), NoForm> {
-    let (mut has_normals, mut is_marked) = (true, false);
+    let (mut has_normals, mut has_positions, mut is_marked) = (true, true, false);
     let mut twin = Mesh::default();
     let mut nearby = Nearby::new(params, &gpu.active, 0);
     for (slot, &brick) in gpu.active.iter().enumerate() {
@@ -368,12 +369,17 @@ fn compare_emit(
             Ok(marked) => is_marked |= marked,
             Err(NoForm::Cpu) => {
                 has_normals = false;
-                let none = Gradients { normals: Normals::Exact, here: &NoNormals, whole: &NoNormals };
-                vertices_of(NormalsOf::Field(none))?;
+                // Snapping asks for values, too.
+                has_positions = !matches!(params.placement, Placement::Snapped { .. });
+                if has_positions {
+                    let none = Gradients { normals: Normals::Exact, here: &NoNormals, whole: &NoNormals };
+                    vertices_of(NormalsOf::Field(none))?;
+                }
             }
             Err(error) => return Err(error),
         }
-        let beside = Beside::new(&mut nearby, &gpu.active, &gpu.records, &gpu.offsets, slot);
+        let first = inside.test(samples.at(0, 0, 0));
+        let beside = Beside::new(&mut nearby, &gpu.active, &gpu.records, &gpu.offsets, first, slot);
         let (mut numbers, end) = (EdgeNumbers::new(), gpu.offsets[slot + 1][0]);
         emit_indices(params, inside, here, &beside, &mut numbers, end, &mut triangles);
         twin.vertices.append(&mut vertices);
@@ -383,12 +389,12 @@ fn compare_emit(
     found.rows.push(Row::exact("emit", "number of vertices", &[mesh.vertices.len()], &[twin.vertices.len()]));
     let largest = twin.vertices.iter().flat_map(|v| v.position).fold(0.0f32, |m, c| m.max(c.abs()));
     let allowed = f64::from(largest) * 4.0 * f64::from(f32::EPSILON);
-    found.rows.push(Row::close(
-        "emit",
-        "positions",
-        parts(mesh, &twin, |v| v.position),
-        allowed.max(f64::MIN_POSITIVE),
-    ));
+    if has_positions {
+        let pairs = parts(mesh, &twin, |v| v.position);
+        found.rows.push(Row::close("emit", "positions", pairs, allowed.max(f64::MIN_POSITIVE)));
+    } else {
+        found.notes.push("snapped positions: only a GPU evaluates this field".into());
+    }
     if has_normals {
         if is_marked {
             add_neighbours(&mut twin.vertices, &twin.triangles);

@@ -153,15 +153,18 @@ impl<'a> Job<'a> {
         let done = Progress::new(progress, count);
         resize(&mut kept.records, count);
         kept.counts.resize(count, [0; 2]);
-        // Volumes' samples are all at hand; nobody asks.
         kept.first_inside.resize(count, false);
-        let records = kept.records.par_chunks_mut(TASK).zip(kept.counts.par_chunks_mut(TASK));
-        kept.bricks.par_chunks(TASK).zip(records).try_for_each_init(
+        let counts = kept.counts.par_chunks_mut(TASK).zip(kept.first_inside.par_chunks_mut(TASK));
+        let results = kept.records.par_chunks_mut(TASK).zip(counts);
+        kept.bricks.par_chunks(TASK).zip(results).try_for_each_init(
             Sampler::default,
-            |sampler, (bricks, (records, counts))| {
-                for ((brick, record), count) in bricks.iter().zip(records).zip(counts) {
-                    let samples = self.samples(std::slice::from_ref(brick), sampler)?;
-                    *count = self.classify_brick(&samples, record);
+            |sampler, (bricks, (records, (counts, first_inside)))| {
+                for (i, record) in records.iter_mut().enumerate() {
+                    let next = &bricks[i..];
+                    self.load_ahead(next, 0);
+                    let samples = self.samples(next, sampler)?;
+                    counts[i] = self.classify_brick(&samples, record);
+                    first_inside[i] = self.inside.test(samples.at(0, 0, 0));
                 }
                 done.add(bricks.len());
                 Ok::<(), NoForm>(())
@@ -249,9 +252,13 @@ impl<'a> Job<'a> {
         let Kept { bricks, records, counts, first_inside, .. } = kept;
         let Scratch { sampler, numbers, nearby } = scratch;
         let (params, inside, brick) = (&self.params, self.inside, bricks[slot]);
-        let beside = Beside::new(nearby, bricks, records, counts, slot);
+        let beside = Beside::new(nearby, bricks, records, counts, first_inside[slot], slot);
         let samples = match self.source {
-            Source::Volume(_) => self.samples(next, sampler)?,
+            Source::Volume(_) => {
+                // Gradients reach one row further.
+                self.load_ahead(next, 1);
+                self.samples(next, sampler)?
+            }
             Source::Field(whole, _) => {
                 let here = self.fields.field_in(params, brick, whole);
                 // How many points by themselves are less work than the brick.
@@ -259,7 +266,7 @@ impl<'a> Job<'a> {
                 let ends = || ends(params.method, params.extent(brick), &records[slot], &beside);
                 let points = if most == 0 { None } else { ends() };
                 match points.filter(|points| count(points) <= most) {
-                    Some(points) => sampler.some(params, here, brick, &points, first_inside[slot])?,
+                    Some(points) => sampler.some(params, here, brick, &points)?,
                     None => self.samples(next, sampler)?,
                 }
             }
@@ -289,6 +296,16 @@ impl<'a> Job<'a> {
                 let field = self.fields.field_in(params, brick, whole);
                 sampler.brick(params, field, brick, || self.row_of(whole, bricks))
             }
+        }
+    }
+
+    /// Has the samples of the second of `bricks` on their way while the first is worked on, with so many rows beside its own, where they
+    /// lie in a volume.
+    #[inline(always)]
+    fn load_ahead(&self, bricks: &[u32], beside: isize) {
+        if let (Source::Volume(volume), Some(&next)) = (self.source, bricks.get(1)) {
+            let origin = self.params.brick_origin(next);
+            Samples::of_source(volume.values(), &self.params, origin).load_ahead(beside);
         }
     }
 

@@ -31,7 +31,7 @@ pub(crate) struct Kept {
     pub(crate) records: Vec<BrickRecord>,
     /// Vertices and triangles of each; once emitted, those before it, and the totals behind the last.
     pub(crate) counts: Vec<[u32; 2]>,
-    /// Whether the first point of each is inside, where the source is a field.
+    /// Whether the first point of each is inside.
     pub(crate) first_inside: Vec<bool>,
     /// NaN and infinite samples of a field, of bricks without surface too.
     pub(crate) non_finite: u64,

@@ -16,8 +16,6 @@ pub struct Samples<'a> {
     plane_pitch: usize,
     /// Samples along x, y, z: 1 to 9.
     pub extent: [usize; 3],
-    /// Where only those are there that emit asks for, whether the first one is inside: it need not be among them.
-    pub first_inside: Option<bool>,
 }
 
 impl<'a> Samples<'a> {
@@ -48,7 +46,6 @@ impl<'a> Samples<'a> {
             row_pitch: nx,
             plane_pitch: nx * ny,
             extent: extent(points, origin),
-            first_inside: None,
         }
     }
 
@@ -56,12 +53,7 @@ impl<'a> Samples<'a> {
     #[inline(always)]
     pub fn of_brick(values: &'a [f32; SAMPLES_PER_BRICK], points: [u32; 3], origin: UVec3) -> Self {
         let data = Slice::F32(values);
-        Self { data, row_pitch: 9, plane_pitch: 81, extent: extent(points, origin), first_inside: None }
-    }
-
-    /// The same, of which not all are there; whether the first one is inside.
-    pub fn in_part(self, first_inside: bool) -> Self {
-        Self { first_inside: Some(first_inside), ..self }
+        Self { data, row_pitch: 9, plane_pitch: 81, extent: extent(points, origin) }
     }
 
     /// The brick at `origin`, whose samples begin where `values` do, in a row of bricks that are sampled together at so
@@ -70,7 +62,7 @@ impl<'a> Samples<'a> {
     pub fn of_row(values: &'a [f32], sampled: [usize; 3], points: [u32; 3], origin: UVec3) -> Self {
         let [nx, ny, _] = sampled;
         let data = Slice::F32(values);
-        Self { data, row_pitch: nx, plane_pitch: nx * ny, extent: extent(points, origin), first_inside: None }
+        Self { data, row_pitch: nx, plane_pitch: nx * ny, extent: extent(points, origin) }
     }
 
     /// Tells for each sample of row (y, z) whether it is inside, a bit each.
@@ -107,11 +99,41 @@ impl<'a> Samples<'a> {
         [0, 1, 2, 3, 4, 5, 6, 7].map(|k: usize| self.at(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2)))
     }
 
+    /// Asks the processor to have the rows at hand soon, with so many beside them on each side along y and z. What lies in main
+    /// memory takes longer to come than a row takes to be worked on.
+    #[inline(always)]
+    pub fn load_ahead(&self, beside: isize) {
+        let [nx, ny, nz] = self.extent.map(|n| n as isize);
+        let [row_pitch, plane_pitch] = [self.row_pitch, self.plane_pitch].map(|n| n as isize);
+        each_type!(Slice, self.data, data => for z in -beside..nz + beside {
+            for y in -beside..ny + beside {
+                let first = data.as_ptr().wrapping_offset(y * row_pitch + z * plane_pitch);
+                load_line(first);
+                load_line(first.wrapping_offset(nx - 1));
+            }
+        });
+    }
+
     /// The sample at (x, y, z).
     #[inline(always)]
     pub fn at(&self, x: usize, y: usize, z: usize) -> f32 {
         self.data.get(x + y * self.row_pitch + z * self.plane_pitch)
     }
+}
+
+/// Begins to load the cache line of what is pointed at, if anything is there.
+#[cfg_attr(target_arch = "x86_64", allow(unsafe_code))]
+#[inline(always)]
+fn load_line<T>(at: *const T) {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: a hint, for any address: it reads and writes nothing that a program sees, and never faults (AMD64 Architecture
+    // Programmer's Manual, volume 3, PREFETCHlevel). SSE, which has it, is part of x86-64.
+    unsafe {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        _mm_prefetch::<_MM_HINT_T0>(at.cast());
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = at;
 }
 
 fn extent(points: [u32; 3], origin: UVec3) -> [usize; 3] {

@@ -152,7 +152,17 @@ fn field_part(wgsl: &Wgsl, functions: &str) -> String {
 
 /// Both functions: the gradient's text may have that of the value in it.
 fn value_and_gradient(wgsl: &Wgsl, gradient: &str) -> String {
-    if gradient.contains("fn density(") { gradient.into() } else { link(&[&wgsl.value, gradient]) }
+    if defines_density(gradient) { gradient.into() } else { link(&[&wgsl.value, gradient]) }
+}
+
+/// Whether a text has a field's value in it.
+pub fn defines_density(text: &str) -> bool {
+    const NAME: &str = "density";
+    text.match_indices(NAME).any(|(at, _)| {
+        let (before, after) = (&text[..at], text[at + NAME.len()..].trim_start());
+        let keyword = before.trim_end();
+        keyword.len() < before.len() && keyword.ends_with("fn") && after.starts_with('(')
+    })
 }
 
 /// Everything of cull; `range` reads the samples.

@@ -9,6 +9,7 @@ use isoforge::extract::{
 };
 use isoforge::field::Sense;
 use isoforge::field::named::Named;
+use isoforge::field::user::UserField;
 use isoforge::gpu::Form;
 use isoforge::grid::Grid;
 use isoforge::mesh::write;
@@ -82,6 +83,30 @@ fn stages_agree() {
     for (name, field, grid, iso) in fields() {
         for placement in [Placement::Linear, Placement::Midpoint, Placement::Snapped { epsilon: 1e-4 }] {
             check(name, &Source::Field(&field, grid), iso, placement);
+        }
+    }
+}
+
+/// Of a field that only a GPU evaluates, what can be compared is, and a note says what is not.
+#[test]
+fn black_boxes_are_compared_as_far_as_that_goes() {
+    let Some(extractor) = common::extractor() else { return };
+    let source = "fn density(p: vec3<f32>) -> f32 {
+        var s = 0.0;
+        for (var i = 0; i < 5; i++) { s += abs(fract(p.x * f32(i)) - p.y) * p.z; }
+        return s;
+    }";
+    let field = UserField::new(source, "user.wgsl", Sense::Below).unwrap().as_written();
+    let (_, grid) = common::named("cube", 21);
+    for options in options(0.3) {
+        for placement in [Placement::Linear, Placement::Snapped { epsilon: 1e-4 }] {
+            let options = Options { placement, ..options };
+            let found = compare(extractor, &Source::Field(&field, grid), &options).unwrap();
+            assert!(found.agrees() && !found.is_empty(), "{options:?}:\n{found}");
+            let has = |what| found.rows.iter().any(|row| row.what == what);
+            let is_told = found.notes.iter().any(|note| note.contains("snapped positions"));
+            assert!(has("indices") && has("positions") != is_told, "{options:?}:\n{found}");
+            assert_eq!(is_told, placement != Placement::Linear);
         }
     }
 }

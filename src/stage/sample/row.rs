@@ -70,7 +70,7 @@ impl Sampler {
         brick.wrapping_sub(self.first) < self.count
     }
 
-    /// The samples of a brick at some of its points, a bit each of row y + 9 z, of which classify found the first inside or not. The
+    /// The samples of a brick at some of its points, a bit each of row y + 9 z. The
     /// values need not be, bit for bit, those that classify saw: what decides cases is not asked of them.
     ///
     /// # Errors
@@ -81,7 +81,6 @@ impl Sampler {
         field: &dyn Field,
         brick: u32,
         points: &[u16; 81],
-        first_inside: bool,
     ) -> Result<Samples<'_>, NoForm> {
         let origin = params.brick_origin(brick);
         let [x, y, z, found] = &mut self.some;
@@ -113,7 +112,7 @@ impl Sampler {
                 values[i + 9 * (j + 9 * k)] = value;
             }
         });
-        Ok(Samples::of_brick(values, params.points, origin).in_part(first_inside))
+        Ok(Samples::of_brick(values, params.points, origin))
     }
 
     /// Samples `count` bricks from `first` on; `false` if the field or the grid is not made for it.

@@ -3,7 +3,7 @@
 use super::indices::Beside;
 use super::tetrahedra;
 use crate::stage::classify::BrickRecord;
-use crate::stage::classify::cpu::{InsideRows, PlaneShape, cell_case, mixed_cells};
+use crate::stage::classify::cpu::{PlaneShape, cell_case, mixed_cells};
 use crate::stage::method::Method;
 use crate::table::mc33::MC33;
 
@@ -44,10 +44,9 @@ pub fn count(points: &[u16; 81]) -> usize {
     points.iter().map(|row| row.count_ones() as usize).sum()
 }
 
-/// Whether there is a cell that its case does not decide. Which points are inside the edges do not tell, and need not: a case and that
-/// in which inside and outside have changed places are decided or not together.
+/// Whether there is a cell that its case does not decide.
 fn has_undecided(extent: [usize; 3], beside: &Beside<'_>) -> bool {
-    let rows = InsideRows::of_edges(false, beside.records());
+    let rows = beside.inside_rows();
     (0..8).any(|z| {
         let corners = rows.corners(z);
         let mut mixed = mixed_cells(&corners, PlaneShape::new(extent, z));

@@ -60,7 +60,11 @@ impl Nearby {
 
 /// A brick's record and first vertex, for each of the eight bricks from (0,0,0) to (1,1,1) beside a
 /// brick: the owners of its cells' edges.
-pub struct Beside<'a>([Option<(&'a BrickRecord, u32)>; 8]);
+pub struct Beside<'a> {
+    bricks: [Option<(&'a BrickRecord, u32)>; 8],
+    /// Whether the brick's first point is inside.
+    first_inside: bool,
+}
 
 impl<'a> Beside<'a> {
     /// Those beside the brick of slot `slot` of `active`, where `nearby` has got to.
@@ -70,21 +74,23 @@ impl<'a> Beside<'a> {
         active: &[u32],
         records: &'a [BrickRecord],
         offsets: &[[u32; 2]],
+        first_inside: bool,
         slot: usize,
     ) -> Self {
         let slots = nearby.beside(active, active[slot]);
-        Self(slots.map(|slot| slot.map(|slot| (&records[slot], offsets[slot][0]))))
+        let bricks = slots.map(|slot| slot.map(|slot| (&records[slot], offsets[slot][0])));
+        Self { bricks, first_inside }
     }
 
-    /// The records alone.
+    /// Which of the brick's points are inside: the edges tell, and no sample is asked once more.
     #[inline(always)]
-    pub(super) fn records(&self) -> [Option<&'a BrickRecord>; 8] {
-        self.0.map(|brick| brick.map(|(record, _)| record))
+    pub(super) fn inside_rows(&self) -> InsideRows {
+        InsideRows::of_edges(self.first_inside, self.bricks.map(|brick| brick.map(|(record, _)| record)))
     }
 
     /// One after the other, x fastest.
     pub(super) fn each(&self) -> impl Iterator<Item = Option<(&'a BrickRecord, u32)>> + '_ {
-        self.0.iter().copied()
+        self.bricks.iter().copied()
     }
 }
 
@@ -143,7 +149,7 @@ impl EdgeNumbers {
     #[inline(always)]
     fn fill(&mut self, beside: &Beside<'_>) {
         // A crossed edge's owner is always active: its two ends straddle iso.
-        if let Some((record, first)) = beside.0[0] {
+        if let Some((record, first)) = beside.bricks[0] {
             for (([x, y, z], axis), number) in Edges::new(record).zip(first..) {
                 *self.at(ROW * (y + 9 * z) + ALONG[axis] + x) = number;
             }
@@ -169,7 +175,7 @@ impl EdgeNumbers {
     /// Numbers the edges of points 0–7 of row (y, z), which lies in brick `i` of those beside.
     #[inline(always)]
     fn row(&mut self, beside: &Beside<'_>, i: usize, y: u32, z: u32) {
-        let Some((record, first)) = beside.0[i] else { return };
+        let Some((record, first)) = beside.bricks[i] else { return };
         let (mut edges, mut number) = row_start(record, first, y, z);
         while edges != 0 {
             let bit = edges.trailing_zeros();
@@ -182,7 +188,7 @@ impl EdgeNumbers {
     /// Numbers the edges of point 8 of row (y, z), which lies in brick `i` of those beside.
     #[inline(always)]
     fn next_along_x(&mut self, beside: &Beside<'_>, i: usize, y: u32, z: u32) {
-        let Some((record, first)) = beside.0[i] else { return };
+        let Some((record, first)) = beside.bricks[i] else { return };
         let (edges, number) = row_start(record, first, y, z);
         let place = ROW * (y + 9 * z) + 8;
         *self.at(place + ALONG[1]) = number + (edges & 0xff).count_ones();
@@ -202,13 +208,12 @@ fn row_start(record: &BrickRecord, first: u32, y: u32, z: u32) -> (u32, u32) {
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_indices(
     params: &Params,
-    inside: Inside,
-    samples: &Samples<'_>,
+    extent: [usize; 3],
     beside: &Beside<'_>,
     numbers: &mut EdgeNumbers,
     triangles: &mut [[u32; 3]],
 ) {
-    indices(params, inside, samples, beside, numbers, triangles, |_, _, _, _| None);
+    indices(params, extent, beside, numbers, triangles, |_, _, _, _| None);
 }
 
 /// [`emit_indices`] for topologically correct marching cubes; `end` is the number behind the brick's last vertex, from where
@@ -240,32 +245,27 @@ pub fn emit_indices_mc33(
         end -= entry.centres();
         Some(entry.triangle_count() as usize)
     };
-    indices(params, inside, samples, beside, numbers, triangles, of_cell);
+    indices(params, samples.extent, beside, numbers, triangles, of_cell);
 }
 
-/// The body of both; `of_cell` may write the triangles of a cell in its own way, from its case and its place in the brick, and
-/// tells how many.
+/// The body of both, for a brick of so many samples; `of_cell` may write the triangles of a cell in its own way, from its case and
+/// its place in the brick, and tells how many.
 #[inline(always)]
 fn indices(
     params: &Params,
-    inside: Inside,
-    samples: &Samples<'_>,
+    extent: [usize; 3],
     beside: &Beside<'_>,
     numbers: &mut EdgeNumbers,
     triangles: &mut [[u32; 3]],
     mut of_cell: impl FnMut(u8, [usize; 3], &EdgeNumbers, &mut [[u32; 3]]) -> Option<usize>,
 ) {
     let table = &*MARCHING_CUBES;
-    // A volume's samples are read in order here, so that the vertices find them in the cache.
-    let rows = match samples.first_inside {
-        None => InsideRows::new(samples, inside),
-        Some(is_inside) => InsideRows::of_edges(is_inside, beside.records()),
-    };
+    let rows = beside.inside_rows();
     numbers.fill(beside);
     let mut left = triangles;
     for z in 0..8 {
         let corners = rows.corners(z);
-        let mut mixed = mixed_cells(&corners, PlaneShape::new(samples.extent, z));
+        let mut mixed = mixed_cells(&corners, PlaneShape::new(extent, z));
         while mixed != 0 {
             let cell = mixed.trailing_zeros();
             mixed &= mixed - 1;

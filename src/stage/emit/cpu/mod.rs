@@ -32,7 +32,7 @@ pub fn emit_indices(
     triangles: &mut [[u32; 3]],
 ) {
     match params.method {
-        Method::MarchingCubes => indices::emit_indices(params, inside, samples, beside, numbers, triangles),
+        Method::MarchingCubes => indices::emit_indices(params, samples.extent, beside, numbers, triangles),
         Method::Mc33 => {
             indices::emit_indices_mc33(params, inside, samples, beside, numbers, end, triangles);
         }
