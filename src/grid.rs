@@ -197,6 +197,13 @@ impl Grid {
         let s = self.step.as_dmat3();
         s.x_axis.length().min(s.y_axis.length()).min(s.z_axis.length())
     }
+
+    /// How near to the border of the domain, in grid steps, a vertex lies on it: more where rounding of its coordinates does.
+    pub(crate) fn on_border(&self) -> f32 {
+        let far = self.position(self.cells().as_vec3()).abs().max(self.origin().abs()).max_element();
+        let rounding = 4.0 * f64::from(far) * f64::from(f32::EPSILON) / self.shortest_step();
+        rounding.clamp(1e-3, 0.25) as f32
+    }
 }
 
 #[cfg(test)]

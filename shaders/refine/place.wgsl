@@ -1,5 +1,5 @@
 // place: vertices go onto the surface, with their normals. One invocation takes a vertex all the way.
-// CPU twins: `place` in src/refine/place.rs, `search` in src/field/project.rs, `signed` in src/field/surface.rs.
+// CPU twins: `place` in src/refine/place.rs, `holds` in src/refine/mod.rs, `search` in src/field/project.rs, `signed` in src/field/surface.rs.
 
 @group(0) @binding(13) var<storage, read_write> vertices: array<f32>;
 @group(0) @binding(29) var<storage, read> tasks: array<Task>;
@@ -58,8 +58,10 @@ fn place(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
     if !is_singular {
         normal = direction_of(gradient);
     }
-    // Its normal points away from the expected one: it has reached another sheet of the surface.
-    let is_astray = converged && inner(normal, expected) < 0.0;
+    // Its normal points away from the expected one: it has reached another sheet of the surface; or it has left the box of the border.
+    let is_inside = all(s.at >= exact3(params.low - params.near)) && all(s.at <= exact3(params.high + params.near));
+    let has_left = params.has_border == 1u && !is_inside;
+    let is_astray = converged && (inner(normal, expected) < 0.0 || has_left);
     if is_singular {
         atomicAdd(&work.singular, 1u);
     }

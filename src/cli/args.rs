@@ -167,7 +167,7 @@ pub struct RawArgs {
     pub scalar: Option<Scalar>,
 
     /// Its byte order: little or big [default: little]
-    #[arg(long, value_parser = Endian::from_str, requires = "dims")]
+    #[arg(long, value_parser = Endian::from_str)]
     pub endian: Option<Endian>,
 
     /// Distance of its samples, in world units; of TIFF, NIfTI and NRRD volumes, too, in place of what the file says [default: the
@@ -176,12 +176,25 @@ pub struct RawArgs {
     pub spacing: Option<Triple>,
 
     /// World position of its first sample [default: 0,0,0]
-    #[arg(long, value_name = "X,Y,Z", value_parser = triple, requires = "dims", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     pub origin: Option<Triple>,
 
     /// Bytes before its first sample [default: 0]
-    #[arg(long, value_name = "BYTES", value_parser = count::<u64>, requires = "dims", allow_negative_numbers = true)]
+    #[arg(long, value_name = "BYTES", value_parser = count::<u64>, allow_negative_numbers = true)]
     pub skip_bytes: Option<u64>,
+}
+
+impl RawArgs {
+    /// A flag for raw files alone that was given, if any.
+    pub fn given(&self) -> Option<&'static str> {
+        let flags = [
+            (self.dims.is_some(), "--dims, --type and what goes with them describe"),
+            (self.endian.is_some(), "--endian describes"),
+            (self.origin.is_some(), "--origin describes"),
+            (self.skip_bytes.is_some(), "--skip-bytes describes"),
+        ];
+        flags.into_iter().find_map(|(given, flag)| given.then_some(flag))
+    }
 }
 
 #[derive(Debug, Args)]
@@ -376,6 +389,20 @@ pub struct PictureArgs {
     /// Draw the triangles' edges on top
     #[arg(long)]
     pub wireframe: bool,
+}
+
+impl PictureArgs {
+    /// A flag that was given, if any.
+    pub fn given(&self) -> Option<&'static str> {
+        let flags = [
+            (self.azimuth.is_some(), "--azimuth"),
+            (self.elevation.is_some(), "--elevation"),
+            (self.fov.is_some(), "--fov"),
+            (self.crease.is_some(), "--crease"),
+            (self.wireframe, "--wireframe"),
+        ];
+        flags.into_iter().find_map(|(given, flag)| given.then_some(flag))
+    }
 }
 
 #[derive(Debug, Args)]

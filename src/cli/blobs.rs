@@ -3,7 +3,7 @@
 use super::Failure;
 use super::args::{KernelArg, SourceArgs};
 use super::source::{CELLS, Loaded, even_cells};
-use crate::components::{self, OpenError, OpenOptions};
+use crate::components::{self, OpenOptions};
 use crate::field::Sense;
 use crate::graph::GraphField;
 use crate::graph::blobs::{BLOBBY, Blobs, Kernel};
@@ -40,12 +40,12 @@ pub(super) fn load_components(
     }
     let support = support(args, kernel, iso)?;
     let radius = args.blobs.radius.unwrap_or(OpenOptions::default().radius);
+    if !(radius.is_finite() && radius > 0.0) {
+        return Err(Failure::usage(format!("--radius {radius}: give a number over zero")));
+    }
     // The lists that points are sorted by take as much again, and half of that.
     let options = OpenOptions { radius, max_bytes: Some(memory_budget / 5 * 2) };
-    let loaded = components::open(path, &options).map_err(|error| match error {
-        OpenError::Radius { .. } => Failure::usage(format!("--radius: {error}")),
-        _ => Failure::run(error),
-    })?;
+    let loaded = components::open(path, &options).map_err(Failure::run)?;
     let centres = loaded.components.iter().map(|c| c.position.into()).collect();
     let blobs = Blobs::of_points(kernel, loaded.components, iso, support)
         .map_err(|error| Failure::run(format!("{}: {error}", path.display())))?;

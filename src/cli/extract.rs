@@ -13,6 +13,7 @@ use crate::grid::Grid;
 use crate::mesh::Mesh;
 use crate::mesh::clean::Removed;
 use crate::mesh::write::{self, Extra};
+use crate::render::View;
 use crate::track::TrackError;
 use serde_json::Value;
 use std::borrow::Cow;
@@ -163,7 +164,14 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
         Made::Gpu(_) => None,
         Made::Cpu(mesh) => Some(mesh),
     };
-    let finished = finish(args, mesh, &grid, painter.as_ref(), &mut seconds, &progress)?;
+    let finished = finish(
+        args,
+        mesh,
+        &grid,
+        (painter.as_ref(), picture::view(&args.picture, &camera)),
+        &mut seconds,
+        &progress,
+    )?;
     drop(progress);
 
     seconds.total = start.elapsed().as_secs_f64();
@@ -240,8 +248,8 @@ fn check_targets(args: &ExtractArgs) -> Result<(), Failure> {
         if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
             return Err(Failure::usage(format!("--png {}: a picture's name ends in .png", path.display())));
         }
-        picture::check(&args.picture, path)?;
     }
+    picture::check(&args.picture, args.png.as_deref(), args.output.as_deref())?;
     let inputs: Vec<&Path> = [Some(&args.source.source), args.colour.color_by.as_ref()]
         .into_iter()
         .flatten()
@@ -380,7 +388,7 @@ fn finish(
     args: &ExtractArgs,
     mesh: Option<Mesh>,
     grid: &Grid,
-    painter: Option<&Painter>,
+    (painter, view): (Option<&Painter>, View),
     seconds: &mut Seconds,
     progress: &Progress,
 ) -> Result<Finished, Failure> {
@@ -394,7 +402,7 @@ fn finish(
         let since = Instant::now();
         let painter = painter.filter(|_| colour::has_place(path));
         let coloured = painter.map(|painter| painter.paint(&mesh)).transpose()?;
-        let extra = Extra { colours: coloured.as_ref(), strip: None };
+        let extra = Extra { colours: coloured.as_ref(), strip: None, view };
         write::write_with(&mesh, &extra, path).map_err(Failure::run)?;
         seconds.write = Some(since.elapsed().as_secs_f64());
     }

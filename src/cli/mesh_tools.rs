@@ -34,8 +34,8 @@ pub struct MeshToolsArgs {
     #[arg(long, value_name = "N|area=PART|volume=PART", value_parser = least, allow_negative_numbers = true)]
     pub remove_below: Option<Least>,
 
-    /// 4. Smooth so often, keeping the volume and open borders (Taubin)
-    #[arg(long, value_name = "ITERATIONS", value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
+    /// 4. Smooth so often, 200 times at most, keeping open borders, and the volume but for 0.03 % each time (Taubin)
+    #[arg(long, value_name = "ITERATIONS", value_parser = clap::value_parser!(u32).range(1..=200), allow_negative_numbers = true)]
     pub smooth: Option<u32>,
 
     /// 5. Collapse edges down to so many triangles; the topology stays
@@ -134,9 +134,7 @@ fn check(args: &MeshToolsArgs) -> Result<(), Failure> {
         }
         write::check_target(path).map_err(Failure::run)?;
     }
-    if let Some(path) = &args.png {
-        picture::check(&args.picture, path)?;
-    }
+    picture::check(&args.picture, args.png.as_deref(), args.output.as_deref())?;
     let outputs = [("-o", &args.output), ("--png", &args.png), ("--stats", &args.stats)];
     super::check_distinct(&[&args.file], &outputs)?;
     args.stats.as_deref().map_or(Ok(()), super::check_text_target)
@@ -297,7 +295,11 @@ impl<'a> Work<'a> {
         }
         if let Some(path) = &args.output {
             self.progress.phase("writing");
-            let extra = Extra { colours: None, strip: self.strip.as_deref() };
+            let extra = Extra {
+                colours: None,
+                strip: self.strip.as_deref(),
+                view: picture::view(&args.picture, &scene::Camera::default()),
+            };
             let bytes = write_with(&self.mesh, &extra, path).map_err(Failure::run)?;
             self.remark(&format!("{}: {bytes} bytes, {}", path.display(), state(&self.report)));
         }

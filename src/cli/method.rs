@@ -313,7 +313,10 @@ impl Job<'_> {
             let why = if told.unsplit > 0 {
                 "for want of cells"
             } else {
-                "where cells have the grid's size: a finer grid (-n) allows less"
+                match self.loaded {
+                    Loaded::Field { .. } => "where cells have the grid's size: a finer grid (-n) allows less",
+                    Loaded::Volume { .. } => "where cells have the grid's size",
+                }
             };
             (self.remark)(&format!(
                 "{} triangles lie farther than {error} from the surface, the farthest {:.3e}, {why}",
@@ -322,7 +325,7 @@ impl Job<'_> {
         }
         if told.flipped > 0 {
             (self.remark)(&format!(
-                "{} triangles look against the surface's normal: a finer grid helps",
+                "{} triangles look against the surface's normal, where the surface folds within a cell",
                 told.flipped
             ));
         }

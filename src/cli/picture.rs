@@ -6,7 +6,7 @@ use super::colour::Painter;
 use super::watchdog::{DRAWING, Watchdog};
 use crate::colour::Coloured;
 use crate::gpu::{Gpu, GpuMesh};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, write};
 use crate::render::{self, Camera, Renderer, Style, View};
 use crate::scene;
 use std::path::Path;
@@ -15,7 +15,7 @@ use std::path::Path;
 const CREASE: f32 = 40.0;
 
 /// The user's words first, then the scene's.
-fn view(args: &PictureArgs, camera: &scene::Camera) -> View {
+pub fn view(args: &PictureArgs, camera: &scene::Camera) -> View {
     let plain = View::default();
     View {
         azimuth: args.azimuth.or(camera.azimuth).unwrap_or(plain.azimuth),
@@ -29,10 +29,15 @@ fn style(args: &PictureArgs) -> Style {
     Style { shade: args.shade.into(), wireframe: args.wireframe, ..Style::default() }
 }
 
-/// Refuses a view or a target that cannot work, before the long work.
-pub fn check(args: &PictureArgs, path: &Path) -> Result<(), Failure> {
-    Camera::fit(None, &view(args, &scene::Camera::default())).map_err(Failure::usage)?;
-    render::check_target(path).map_err(Failure::run)
+/// Refuses a view or a target that cannot work, before the long work; and a view that nobody takes, of the picture or a mesh
+/// file with a camera.
+pub fn check(args: &PictureArgs, png: Option<&Path>, output: Option<&Path>) -> Result<(), Failure> {
+    if png.is_some() || output.and_then(write::ending) == Some("rib") {
+        Camera::fit(None, &view(args, &scene::Camera::default())).map_err(Failure::usage)?;
+    } else if let Some(flag) = args.given() {
+        return Err(Failure::usage(format!("{flag} is for pictures: name one with --png, or leave it out")));
+    }
+    png.map_or(Ok(()), |path| render::check_target(path).map_err(Failure::run))
 }
 
 /// Refuses a picture that is more than the memory budget by itself.

@@ -132,7 +132,7 @@ pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<Open
             args.source
         )));
     }
-    if scene::is_scene_ending(path) && raw.dims.is_none() && args.blobs.given().is_none() {
+    if scene::is_scene_ending(path) && raw.given().is_none() && args.blobs.given().is_none() {
         return load_scene(args, path, memory_budget);
     }
     let (loaded, notes) = load_plain(args, raw, path, memory_budget)?;
@@ -164,16 +164,15 @@ fn load_plain(
     path: &Path,
     memory_budget: u64,
 ) -> Result<(Loaded, Vec<String>), Failure> {
-    if raw.dims.is_some() && !is_raw(&args.source) {
+    if let Some(flag) = raw.given()
+        && !is_raw(&args.source)
+    {
         let why = if has_own_format(path) {
             "says itself how it is laid out"
         } else {
             "is no file: check the name"
         };
-        return Err(Failure::usage(format!(
-            "--dims, --type and what goes with them describe files of raw values; {} {why}",
-            args.source
-        )));
+        return Err(Failure::usage(format!("{flag} files of raw values; {} {why}", args.source)));
     }
     if components::is_component_ending(path) {
         return load_components(args, path, memory_budget);
@@ -195,16 +194,20 @@ fn load_plain(
     if path.is_dir() {
         return Err(Failure::usage(format!("{}: this is a folder: name a file in it", args.source)));
     }
+    let as_formula = match &formula {
+        Err(error) if !path.exists() => format!("\nread as a formula: {error}"),
+        _ => String::new(),
+    };
     if path.extension().is_some() || args.source.contains(['/', '\\']) || path.exists() {
         return Err(Failure::usage(format!(
             "{}: this ending is none that is read; a source is a field's name (see `isoforge fields`), a formula, \
-             a .wgsl file, a scene (.toml), a volume ({}; any other file as raw values, with --dims and --type), or points ({})",
+             a .wgsl file, a scene (.toml), a volume ({}; any other file as raw values, with --dims and --type), or points ({}){as_formula}",
             args.source,
             volume::ENDINGS.join(" "),
             components::ENDINGS.join(" ")
         )));
     }
-    load_named(args)
+    load_named(args, &as_formula)
 }
 
 /// Whether a text that is no formula was meant to be one: `1/0` is, and what has what no file's name should have.
@@ -230,10 +233,11 @@ fn load_formula(args: &SourceArgs, expr: &Expr) -> Result<(Loaded, Vec<String>),
     Ok((Loaded::Field { field: Box::new(field), grid, iso: 0.0, centres: Vec::new() }, Vec::new()))
 }
 
-fn load_named(args: &SourceArgs) -> Result<(Loaded, Vec<String>), Failure> {
+/// `as_formula` is what to tell where the name is none.
+fn load_named(args: &SourceArgs, as_formula: &str) -> Result<(Loaded, Vec<String>), Failure> {
     let mut field = Named::new(&args.source).map_err(|e| {
         Failure::usage(format!(
-            "{e}; a file needs one of the endings .wgsl .toml {} {}",
+            "{e}; a file needs one of the endings .wgsl .toml {} {}{as_formula}",
             volume::ENDINGS.join(" "),
             components::ENDINGS.join(" ")
         ))
@@ -269,22 +273,48 @@ fn load_scene(args: &SourceArgs, path: &Path, memory_budget: u64) -> Result<Open
     if args.half_edge.is_some() {
         bounds = None;
     } else if bounds.is_none() && args.bounds.is_none() {
-        bounds = field::extent(&field, iso);
-        match bounds {
-            Some([low, high]) => {
-                // Of a box that nobody chose, one number is for the longest axis; 0 is refused later.
-                let [n, ..] = cells.unwrap_or([CELLS; 3]);
-                cells = if cells.is_none_or(|c| c == [n; 3]) && n > 0 { Some(even_cells(n, low, high)) } else { cells };
-                notes.push(format!("the scene names no bounds; its surface lies within {low} and {high}"));
-            }
-            None => notes.push(format!(
-                "the scene names no bounds, and none are found: the cube from -{HALF_EDGE} to {HALF_EDGE} is taken"
-            )),
+        let note;
+        (bounds, note) = find_bounds(&field, iso, sense);
+        notes.push(note);
+        if let Some([low, high]) = bounds {
+            // Of a box that nobody chose, one number is for the longest axis; 0 is refused later.
+            let [n, ..] = cells.unwrap_or([CELLS; 3]);
+            cells = if cells.is_none_or(|c| c == [n; 3]) && n > 0 {
+                Some(even_cells(n, low, high))
+            } else {
+                cells
+            };
         }
     }
     let grid = grid(args, HALF_EDGE, bounds, cells)?;
     let loaded = Loaded::Field { field: Box::new(field), grid, iso, centres: Vec::new() };
     Ok(Opened { loaded, notes, camera: scene.camera, refine: scene.refine })
+}
+
+/// The bounds of a scene that names none, and what to tell of them.
+fn find_bounds(field: &GraphField, iso: f32, sense: Sense) -> (Option<[Vec3; 2]>, String) {
+    const REMEDY: &str = "name `bounds` in the file, or --bounds";
+    if let Some([low, high]) = field::extent(field, iso) {
+        return (
+            Some([low, high]),
+            format!("the scene names no bounds; its surface lies within {low} and {high}"),
+        );
+    }
+    match field::sampled_extent(field, iso, sense) {
+        Some([low, high]) => (
+            Some([low, high]),
+            format!(
+                "the scene names no bounds, and intervals find none; what samples find lies within {low} and {high}: if that cuts \
+                 something off, {REMEDY}"
+            ),
+        ),
+        None => (
+            None,
+            format!(
+                "the scene names no bounds, and none are found: the cube from -{HALF_EDGE} to {HALF_EDGE} is taken; {REMEDY}"
+            ),
+        ),
+    }
 }
 
 /// Cells of about the same length along each axis, `most` along the longest.

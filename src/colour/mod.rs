@@ -13,7 +13,7 @@
 //! let coloured = Colouring::new(Map::Viridis, range).colour(samples.values);
 //! # let folder = tempfile::tempdir()?;
 //! # let path = folder.path().join("torus.ply");
-//! write::write_with(&mesh, &write::Extra { colours: Some(&coloured), strip: None }, &path)?;
+//! write::write_with(&mesh, &write::Extra { colours: Some(&coloured), ..Default::default() }, &path)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -12,13 +12,10 @@ use crate::graph::interval::Interval;
 use crate::grid::{Grid, GridError};
 use crate::stage::emit::cpu::FAR;
 use crate::stage::params::Params;
-use crate::stage::shaders::{CAP_GRADIENT, CAP_INTERVAL, CAP_VALUE, CENTRAL};
+use crate::stage::shaders::{CAP_GRADIENT, CAP_INTERVAL, CAP_VALUE, CENTRAL, defines_density};
 use crate::volume::Volume;
 use glam::{Mat3, Vec3};
 use std::sync::Arc;
-
-/// How near to the border, in grid steps, a vertex is one of the cap.
-const ON_BORDER: f32 = 1e-3;
 
 /// Why borders cannot be closed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -73,7 +70,16 @@ impl<'a> Capped<'a> {
             Source::Field(field, _) => {
                 let rows = grid.step().as_dmat3().inverse().as_mat3().transpose();
                 let delta = Params::new(&wider, iso, source.sense()).delta;
-                Self::Field(Box::new(CappedField { field: *field, grid: *grid, wider, rows, outward, delta }))
+                let near = grid.on_border();
+                Self::Field(Box::new(CappedField {
+                    field: *field,
+                    grid: *grid,
+                    wider,
+                    rows,
+                    near,
+                    outward,
+                    delta,
+                }))
             }
             Source::Volume(volume) => {
                 let (needed, budget) = (4 * wider.point_count() + volume.bytes(), options.memory_budget);
@@ -120,6 +126,8 @@ pub struct CappedField<'a> {
     wider: Grid,
     /// The rows of the matrix that takes a way in the world to grid steps.
     rows: Mat3,
+    /// How near to the border, in grid steps, a vertex is one of the cap.
+    near: f32,
     /// 1 where values grow outwards, -1 where they fall.
     outward: f32,
     /// The step of differences, for a field without gradient.
@@ -153,8 +161,8 @@ impl CappedField<'_> {
         let (q, cells) = (self.coordinates(p), self.grid.cells().as_vec3());
         let rows = [self.rows.x_axis, self.rows.y_axis, self.rows.z_axis];
         (0..3).fold(Vec3::ZERO, |sum, k| {
-            let low = if q[k] < ON_BORDER { -rows[k].normalize() } else { Vec3::ZERO };
-            let high = if q[k] > cells[k] - ON_BORDER { rows[k].normalize() } else { Vec3::ZERO };
+            let low = if q[k] < self.near { -rows[k].normalize() } else { Vec3::ZERO };
+            let high = if q[k] > cells[k] - self.near { rows[k].normalize() } else { Vec3::ZERO };
             sum + (low + high) * self.outward
         })
     }
@@ -169,7 +177,7 @@ impl CappedField<'_> {
         let cells = self.grid.cells().as_vec3();
         if low.cmpgt(cells + 0.5).any() || high.cmplt(Vec3::splat(-0.5)).any() {
             Place::Outside
-        } else if low.cmpgt(Vec3::splat(ON_BORDER)).all() && high.cmplt(cells - ON_BORDER).all() {
+        } else if low.cmpgt(Vec3::splat(self.near)).all() && high.cmplt(cells - self.near).all() {
             Place::Inside
         } else {
             Place::Border
@@ -230,6 +238,9 @@ impl Field for CappedField<'_> {
         };
         let value: Arc<str> = capped(&own.value, "VALUE", CAP_VALUE);
         let gradient = match &own.gradient {
+            Some(both) if defines_density(both) => {
+                capped(both, "VALUE", &[CAP_VALUE, &self.constants("GRADIENT"), CAP_GRADIENT].join("\n"))
+            }
             Some(gradient) => capped(gradient, "GRADIENT", CAP_GRADIENT),
             // Differences need the values; a text that has them says so by defining `density`.
             None => [&value, &*capped(CENTRAL, "GRADIENT", CAP_GRADIENT)].join("\n").into(),
@@ -253,12 +264,13 @@ impl CappedField<'_> {
         let out = rows.map(|row| row.normalize() * self.outward);
         format!(
             "const {name}_ORIGIN = {};\nconst {name}_ROWS = {};\nconst {name}_CELLS = {};\nconst {name}_OUT = {};\n\
-             const {name}_FAR = {:?}f;\nconst {name}_NEAR = {ON_BORDER:?}f;\n",
+             const {name}_FAR = {:?}f;\nconst {name}_NEAR = {:?}f;\n",
             vector(self.grid.origin()),
             three(rows),
             vector(self.grid.cells().as_vec3()),
             three(out),
             self.far(),
+            self.near,
         )
     }
 }

@@ -1,6 +1,6 @@
-//! Where a field's surface lies, found by its intervals alone.
+//! Where a field's surface lies, found by its intervals or by samples.
 
-use super::Field;
+use super::{Field, Points, Sense};
 use crate::graph::interval::Interval;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -25,6 +25,70 @@ pub fn extent(field: &dyn Field, iso: f32) -> Option<[Vec3; 2]> {
         }
     }
     None
+}
+
+/// Samples along each axis of a box.
+const SAMPLES: usize = 64;
+/// Half the edges of the cubes that are sampled: the largest, and how many, each half of the one before.
+const CUBES: (f32, u32) = (16_777_216.0, 32);
+/// Boxes that are sampled within the first cube that holds something.
+const CLOSER: u32 = 8;
+
+/// A box around what samples find inside, a few hundredths too large, where [`extent`] finds none. It need not hold all: samples
+/// may miss a part whose radius is below an eighteenth of its distance from the origin. `None` of what has no end, where nothing is found,
+/// and of fields that only a GPU evaluates.
+pub fn sampled_extent(field: &dyn Field, iso: f32, sense: Sense) -> Option<[Vec3; 2]> {
+    let (largest, count) = CUBES;
+    let cubes = (0..count).map(|i| largest * 0.5f32.powi(i as i32));
+    let inner = |[low, high]: [Vec3; 2], half: f32| {
+        let most = low.abs().max(high.abs()).max_element();
+        // Nothing of the outermost samples, half a step from the border.
+        most < half * (1.0 - 1.5 / SAMPLES as f32)
+    };
+    let mut found = cubes.into_iter().find_map(|half| {
+        let cube = [Vec3::splat(-half), Vec3::splat(half)];
+        inside(field, iso, sense, cube).filter(|found| inner(*found, half)).map(|found| grown(found, cube))
+    })?;
+    for _ in 0..CLOSER {
+        let closer = grown(inside(field, iso, sense, found)?, found);
+        let is_within = closer[0].cmpge(found[0]).all() && closer[1].cmple(found[1]).all();
+        if is_within && (found[1] - found[0]).cmple((closer[1] - closer[0]) * 1.1).all() {
+            return Some(closer);
+        }
+        found = closer;
+    }
+    Some(found)
+}
+
+/// A box larger by two steps of the samples of another, on each side.
+fn grown([low, high]: [Vec3; 2], [from, to]: [Vec3; 2]) -> [Vec3; 2] {
+    let step = (to - from) * (2.0 / SAMPLES as f32);
+    [low - step, high + step]
+}
+
+/// The box of those samples of a box that are inside; they lie in the middle of as many cells.
+fn inside(field: &dyn Field, iso: f32, sense: Sense, [low, high]: [Vec3; 2]) -> Option<[Vec3; 2]> {
+    let step = (high - low) / SAMPLES as f32;
+    let at = |k: usize, i: usize| low[k] + step[k] * (i as f32 + 0.5);
+    let plane = |z: usize| {
+        let points = || (0..SAMPLES * SAMPLES).map(|i| (at(0, i % SAMPLES), at(1, i / SAMPLES)));
+        let (x, y): (Vec<f32>, Vec<f32>) = points().unzip();
+        let z = vec![at(2, z); x.len()];
+        let mut values = vec![f32::NAN; x.len()];
+        field.values(Points { x: &x, y: &y, z: &z }, &mut values).ok()?;
+        let is_inside = |value: f32| match sense {
+            Sense::Below => value < iso,
+            Sense::Above => value > iso,
+        };
+        let points = x.iter().zip(&y).zip(&z).map(|((&x, &y), &z)| Vec3::new(x, y, z));
+        let found = points.zip(&values).filter(|(_, value)| is_inside(**value)).map(|(point, _)| [point; 2]);
+        found.reduce(hull)
+    };
+    (0..SAMPLES).into_par_iter().filter_map(plane).reduce_with(hull)
+}
+
+fn hull(a: [Vec3; 2], b: [Vec3; 2]) -> [Vec3; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
 }
 
 enum Found {
@@ -108,6 +172,33 @@ mod tests {
         let cube = x().powi(8) + y().powi(8) + z().powi(8);
         is_close(found(&cube, 1.0), [-1.0; 3], [1.0; 3]);
         is_close(found(&blobs.expr(), 0.5), [49.0; 3], [61.0, 51.0, 51.0]);
+    }
+
+    /// Of deformed solids intervals know little where it matters, and nothing of spheres as large as the cubes that they are tried on.
+    #[test]
+    fn solids_by_samples() {
+        let twisted = box_([-5.0, -5.0, -10.0], [5.0, 5.0, 10.0]).twist(0.1, -10.0, 10.0).unwrap();
+        let bent = box_([-2.0, -0.3, -0.2], [2.0, 0.3, 0.2]).bend(0.2, -2.0, 2.0).unwrap();
+        let apart = sphere(1.0).union(sphere(1.0).translate([30.0, 0.0, 0.0]));
+        let far = sphere(1e6).translate([3e6, 0.0, 0.0]);
+        let corner = 5.0 * std::f32::consts::SQRT_2;
+        let by_samples =
+            |expr: &Expr, iso| sampled_extent(&GraphField::new(expr, Sense::Below), iso, Sense::Below);
+        assert_eq!(found(&twisted, 0.0), None);
+        is_close(by_samples(&twisted, 0.0), [-corner, -corner, -10.0], [corner, corner, 10.0]);
+        assert_eq!(found(&bent, 0.0), None);
+        let [low, high] = by_samples(&bent, 0.0).expect("an end");
+        assert!(
+            low.y < -0.3 && high.y > 0.3 && high.z > 1.2 && (high - low).max_element() < 3.0,
+            "{low} {high}"
+        );
+        is_close(by_samples(&apart, 0.0), [-1.0; 3], [31.0, 1.0, 1.0]);
+        is_close(by_samples(&far, 0.0), [2e6, -1e6, -1e6], [4e6, 1e6, 1e6]);
+        is_close(by_samples(&sphere(1e-3), 0.0), [-1e-3; 3], [1e-3; 3]);
+        for endless in [infinite_cylinder(1.0), x() * y(), -sphere(1.0), x() - 1e7] {
+            assert_eq!(by_samples(&endless, 0.0), None);
+        }
+        assert_eq!(by_samples(&sphere(1.0), -2.0), None);
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub(crate) mod unit;
 pub mod user;
 
 pub use closure::Closure;
-pub use extent::extent;
+pub use extent::{extent, sampled_extent};
 pub use project::{Projection, project};
 pub(crate) use project::{Search, search};
 pub use surface::Surface;

@@ -203,13 +203,23 @@ impl<K: PartialEq, T> Latest<K, T> {
     /// Fields whose kernels are kept.
     const MOST: usize = 64;
 
-    /// Those of `key`, made by `new` if they are not there.
+    /// Those of `key`, made by `new` if they are not there. Other threads do not wait meanwhile: it may take seconds.
     pub fn get(&self, key: K, new: impl FnOnce() -> Result<T, GpuError>) -> Result<Arc<T>, GpuError> {
-        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let kernels = match all.iter().position(|(known, _)| *known == key) {
-            Some(place) => all.remove(place).1,
-            None => Arc::new(new()?),
+        let all = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = |all: &mut Vec<(K, Arc<T>)>| {
+            let place = all.iter().position(|(known, _)| *known == key)?;
+            all[place..].rotate_left(1);
+            all.last().map(|(_, kernels)| kernels.clone())
         };
+        if let Some(kernels) = known(&mut all()) {
+            return Ok(kernels);
+        }
+        let kernels = Arc::new(new()?);
+        let mut all = all();
+        // Another thread may have made them meanwhile: workspaces ask whether they have the same.
+        if let Some(kernels) = known(&mut all) {
+            return Ok(kernels);
+        }
         if all.len() == Self::MOST {
             all.remove(0);
         }
@@ -380,5 +390,26 @@ impl Kernel {
     ) {
         self.prepare(gpu, pass, bindings);
         pass.dispatch_workgroups_indirect(arguments, offset);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Who makes kernels holds nobody up: others may ask meanwhile, even on the same thread, and the list stays short.
+    #[test]
+    fn kernels_are_made_without_holding_others_up() {
+        let latest = Latest::<usize, usize>::default();
+        let first = std::cell::OnceCell::new();
+        let made =
+            latest.get(1, || Ok(**first.get_or_init(|| latest.get(1, || Ok(10)).unwrap()) + 1)).unwrap();
+        assert!(*made == 10 && Arc::ptr_eq(&made, &first.into_inner().unwrap()), "all have the first");
+        assert_eq!(*latest.get(2, || Ok(20)).unwrap(), 20);
+        for key in 0..3 * Latest::<usize, usize>::MOST {
+            assert_eq!(*latest.get(key + 5, || Ok(key)).unwrap(), key);
+            assert_eq!(*latest.get(2, || Ok(0)).unwrap(), 20, "used again and again, it stays");
+        }
+        assert_eq!(latest.0.lock().unwrap().len(), Latest::<usize, usize>::MOST);
     }
 }

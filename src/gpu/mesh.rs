@@ -167,7 +167,7 @@ impl GpuMesh {
     /// As [`Gpu::read`].
     pub fn read(&self, gpu: &Gpu) -> Result<Mesh, GpuError> {
         let header = self.read_header(gpu)?;
-        if header.overflow != 0 || header.triangles == 0 {
+        if !header.is_whole() || header.triangles == 0 {
             return Ok(Mesh::default());
         }
         Ok(Mesh {

@@ -5,19 +5,16 @@ use crate::grid::Grid;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// How near to the border, in grid steps, a vertex lies on it.
-const ON_BORDER: f32 = 1e-3;
-
 impl Mesh {
     /// Edges of one triangle alone that lie on the border of `grid`'s domain, where extraction leaves a surface open. Triangles that
     /// name a vertex which does not exist are not looked at.
     pub fn open_edges_at_border(&self, grid: &Grid) -> u64 {
         let to_steps = grid.step().as_dmat3().inverse().as_mat3();
-        let cells = grid.cells().as_vec3();
+        let (cells, near) = (grid.cells().as_vec3(), grid.on_border());
         // The border planes that a vertex lies on, a bit each.
         let planes = |vertex: &Vertex| {
             let q = to_steps * (vertex.at() - grid.origin());
-            (q.cmplt(Vec3::splat(ON_BORDER)).bitmask() | q.cmpgt(cells - ON_BORDER).bitmask() << 3) as u8
+            (q.cmplt(Vec3::splat(near)).bitmask() | q.cmpgt(cells - near).bitmask() << 3) as u8
         };
         let planes: Vec<u8> = self.vertices.par_iter().map(planes).collect();
         let mut edges = Vec::new();

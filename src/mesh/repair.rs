@@ -1,6 +1,6 @@
 //! Making a manifold of a surface that touches itself: sheets without thickness go, and what only touches comes apart.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::Mesh;
 use super::check::{join, root};
@@ -22,8 +22,8 @@ pub struct Repaired {
 type Side = ([u32; 2], bool, u32);
 
 impl Mesh {
-    /// Removes triangles that repeat a vertex or name one that does not exist, and pairs of opposite triangles on the same three
-    /// vertices; glues the rest along its edges, each side to one that runs against it, and gives every fan of triangles
+    /// Removes triangles that repeat a vertex or name one that does not exist, pairs of opposite triangles on the same three
+    /// vertices, and repeated triangles that have no neighbours of their own; glues the rest along its edges, each side to one that runs against it, and gives every fan of triangles
     /// around a vertex a vertex of its own. No vertex moves; unused ones go.
     ///
     /// An oriented surface without border that touches itself in points and edges, as a welded soup may, becomes a closed
@@ -36,6 +36,7 @@ impl Mesh {
             t[0] != t[1] && t[1] != t[2] && t[2] != t[0] && t.iter().all(|&v| (v as usize) < count)
         });
         self.cancel_opposites();
+        self.drop_repeated();
         let mut fans = self.fans();
         // The first fan of a vertex keeps its number.
         let mut first = vec![None; count];
@@ -113,6 +114,35 @@ impl Mesh {
             }
         }
         corners
+    }
+
+    /// Drops triangles that are there twice, wound the same way, where no side of the second has one that runs against it: where all have,
+    /// two sheets touch.
+    fn drop_repeated(&mut self) {
+        let mut seen = HashSet::new();
+        let first = |t: &[u32; 3]| (0..3).map(|k| [t[k], t[(k + 1) % 3], t[(k + 2) % 3]]).min();
+        let repeated: Vec<bool> = self.triangles.iter().map(|t| !seen.insert(first(t))).collect();
+        if !repeated.contains(&true) {
+            return;
+        }
+        let sides = |t: [u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+        // By their ends, how many more sides run upwards than downwards.
+        let mut excess: HashMap<[u32; 2], i64> = HashMap::new();
+        let upwards = |[a, b]: [u32; 2]| if a < b { ([a, b], 1) } else { ([b, a], -1) };
+        for side in self.triangles.iter().flat_map(|&t| sides(t)) {
+            let (edge, way) = upwards(side);
+            *excess.entry(edge).or_default() += way;
+        }
+        let mut repeated = repeated.into_iter();
+        self.triangles.retain(|&t| {
+            let own = sides(t).map(upwards);
+            let is_alone = own.iter().all(|(edge, way)| excess.get(edge).is_some_and(|n| n * way > 0));
+            let goes = repeated.next() == Some(true) && is_alone;
+            if goes {
+                own.iter().for_each(|(edge, way)| *excess.entry(*edge).or_default() -= way);
+            }
+            !goes
+        });
     }
 
     fn cancel_opposites(&mut self) {

@@ -113,6 +113,12 @@ impl Settings {
         Vec3::new(free(0), free(1), free(2))
     }
 
+    /// Whether a point lies in the box of the border.
+    fn holds(&self, p: Vec3) -> bool {
+        let near = self.near();
+        self.border.is_none_or(|[low, high]| p.cmpge(low - near).all() && p.cmple(high + near).all())
+    }
+
     /// Whether the numbers make sense.
     ///
     /// # Errors
@@ -284,7 +290,7 @@ fn start(surface: &Surface<'_>, mesh: &mut Mesh, settings: &Settings) -> Result<
     let start = mesh.vertices.clone();
     let tasks: Vec<Task> = start.iter().zip(&longest).map(|(v, l)| Task::of_start(settings, v, *l)).collect();
     let mut placed = vec![false; start.len()];
-    let mut tally = place(surface, &tasks, &mut mesh.vertices, &mut placed)?;
+    let mut tally = place(surface, settings, &tasks, &mut mesh.vertices, &mut placed)?;
     let taken_back = take_back(&mut mesh.vertices, &mut placed, 0, &tasks, |vertices, moved, bad| {
         mesh.triangles.par_iter().for_each(|&triangle| {
             if !triangle.iter().any(|&i| moved[i as usize]) {
@@ -373,7 +379,7 @@ fn refine_once(
     let tasks: Vec<Task> = split.par_iter().map(|&[a, b]| Task::of_middle(settings, at(a), at(b))).collect();
     let mut placed = vec![false; split.len()];
     mesh.vertices.resize(first + split.len(), Vertex::default());
-    let mut tally = place(surface, &tasks, &mut mesh.vertices[first..], &mut placed)?;
+    let mut tally = place(surface, settings, &tasks, &mut mesh.vertices[first..], &mut placed)?;
     let taken_back = take_back(&mut mesh.vertices, &mut placed, first, &tasks, |vertices, moved, bad| {
         mesh.triangles.par_iter().zip(&edges.of).with_min_len(CHUNK).for_each(|(&corners, of)| {
             let middles = middles_of(of);

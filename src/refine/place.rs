@@ -106,9 +106,10 @@ fn towards_crease(a: &Vertex, b: &Vertex, edge: f32) -> Vec3 {
 /// Places all, and says of each whether it lies on the surface now.
 ///
 /// A vertex whose normal there points away from that of its fallback has reached another sheet of the surface, and
-/// is taken back.
+/// is taken back; so is one that has left the box of the border.
 pub(super) fn place(
     surface: &Surface<'_>,
+    settings: &Settings,
     tasks: &[Task],
     vertices: &mut [Vertex],
     placed: &mut [bool],
@@ -128,7 +129,7 @@ pub(super) fn place(
             tally.singular += u64::from(is_singular);
             tally.not_converged += u64::from(!converged);
             let normal = if is_singular { expected } else { unit(gradient) };
-            let is_astray = converged && dot(normal, expected) < 0.0;
+            let is_astray = converged && (dot(normal, expected) < 0.0 || !settings.holds(points[i]));
             tally.taken_back += u64::from(is_astray);
             placed[i] = converged && !is_astray;
             tally.projected += u64::from(placed[i]);

@@ -122,12 +122,16 @@ pub(super) struct Placement {
 }
 
 impl Placement {
-    /// The same with other distances between samples. The origin keeps its place in the world.
+    /// The same with other distances between samples. The origin keeps its place in the world. Axes without a direction are the
+    /// file's fault and stay.
     fn spaced(&self, spacing: DVec3) -> Self {
-        let along = |axis: usize| self.step.col(axis).normalize() * spacing[axis];
+        let along = |axis: usize| self.step.col(axis).try_normalize().map(|way| way * spacing[axis]);
+        let (Some(x), Some(y), Some(z)) = (along(0), along(1), along(2)) else {
+            return Self { what: self.what.clone(), ..*self };
+        };
         Self {
             origin: self.origin,
-            step: DMat3::from_cols(along(0), along(1), along(2)),
+            step: DMat3::from_cols(x, y, z),
             what: "the spacing that was given".to_owned(),
             remedy: "Give finite numbers that are not zero",
         }

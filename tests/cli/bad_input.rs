@@ -85,6 +85,10 @@ fn numbers() {
         &["--delta 1", "--normals central"],
     );
     refused(&["extract", "sphere", "--normals", "good"], 2, &["--normals", "forward"]);
+    refused(&["extract", "x-r"], 2, &["no field named `x-r`", "read as a formula", "`r`"]);
+    refused(&["extract", "x.y/2"], 2, &["ending", "read as a formula"]);
+    refused(&["extract", "a.nrrd", "--origin", "0,0,0"], 2, &["--origin", "a.nrrd says itself"]);
+    refused(&["extract", "sphere", "--skip-bytes", "4"], 2, &["--skip-bytes", "sphere is no file"]);
     refused(&["extract", "sphere", "-I", "x"], 2, &["--iso", "x"]);
     refused(&["extract", "sphere", "-I", "nan"], 2, &["finite"]);
     refused(&["extract", "sphere", "-I", "inf"], 2, &["finite"]);
@@ -111,7 +115,7 @@ fn negative_numbers() {
         (&["extract", "sphere", "--track"], "--search", "not in 0.."),
         (&["extract", "a.raw", "--dims", "2,2,2", "--type", "u8"], "--skip-bytes", "0 or more"),
         (&["extract", "a.raw", "--type", "u8"], "--dims", "three whole numbers"),
-        (&["mesh-tools", "a.ply"], "--smooth", "not in 1..="),
+        (&["mesh-tools", "a.ply"], "--smooth", "not in 1..=200"),
         (&["mesh-tools", "a.ply"], "--simplify", "0 or more"),
         (&["mesh-tools", "a.ply"], "--remove-below", "number of triangles"),
         (&["bench"], "--seconds", "0 or more"),

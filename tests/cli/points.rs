@@ -5,6 +5,7 @@ use super::program::{done, folder, isoforge};
 fn refused(args: &[&str], code: i32, words: &[&str]) {
     let here = folder();
     std::fs::write(here.path().join("a.csv"), "x,y,z\n0,0,0\n1,2,3\n").expect("a file");
+    std::fs::write(here.path().join("r.csv"), "x,y,z,radius\n5,-2,1,1.5\n").expect("a file");
     std::fs::write(here.path().join("bad.csv"), "x,y,z,r\n0,0,0,1\n1,2,oops,1\n").expect("a file");
     let run = isoforge(here.path(), args);
     assert_eq!(run.code, Some(code), "{args:?}: {}", run.err);
@@ -64,6 +65,7 @@ fn a_molecule_is_closed() {
 fn bad_input() {
     refused(&["extract", "bad.csv", "-o", "m.ply"], 1, &["bad.csv", "row 3", "oops"]);
     refused(&["extract", "a.csv", "--radius", "0", "-o", "m.ply"], 2, &["--radius"]);
+    refused(&["extract", "r.csv", "--radius", "-1", "-o", "m.ply"], 2, &["--radius -1"]);
     refused(&["extract", "a.csv", "--support", "-1", "-o", "m.ply"], 2, &["--support -1"]);
     refused(&["extract", "a.csv", "-I", "2", "-o", "m.ply"], 2, &["-I 2", "--support"]);
     refused(&["extract", "a.csv", "-I", "nan", "-o", "m.ply"], 2, &["finite"]);

@@ -62,6 +62,7 @@ fn is_runaway(field: &UserField, grid: Grid) -> bool {
     extractor.encode(&space, &mut encoder, &Options::new(0.0), &mesh).unwrap();
     gpu.queue.submit([encoder.finish()]);
     assert_ne!(mesh.read_header(gpu).unwrap().runaway, 0);
+    assert!(mesh.read(gpu).unwrap().triangles.is_empty(), "it is not the field's mesh");
     match found {
         Err(ExtractError::Runaway { .. }) => true,
         other => panic!("{other:?}"),

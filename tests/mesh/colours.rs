@@ -126,7 +126,7 @@ fn other_readers_find_values_and_colours() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = cube();
     let coloured = coloured(&mesh);
-    let extra = Extra { colours: Some(&coloured), strip: None };
+    let extra = Extra { colours: Some(&coloured), ..Default::default() };
     let path = folder.path().join("a.ply");
     let bytes = write_with(&mesh, &extra, &path).unwrap();
     assert_eq!(bytes, fs::metadata(&path).unwrap().len());
@@ -180,7 +180,8 @@ fn formats_without_a_place_say_so() {
     let coloured = coloured(&mesh);
     for ending in ["off", "obj", "stl", "rib"] {
         let error =
-            write_with(&mesh, &Extra { colours: Some(&coloured), strip: None }, &path(ending)).unwrap_err();
+            write_with(&mesh, &Extra { colours: Some(&coloured), ..Default::default() }, &path(ending))
+                .unwrap_err();
         assert!(
             matches!(&error, WriteError::NoPlace { .. }) && error.to_string().contains(".ply or .glb"),
             "{error}"
@@ -188,15 +189,15 @@ fn formats_without_a_place_say_so() {
     }
     let strip = [0, 2, 1, 1];
     for ending in ["off", "obj", "stl", "rib", "ply"] {
-        let error =
-            write_with(&mesh, &Extra { colours: None, strip: Some(&strip) }, &path(ending)).unwrap_err();
+        let error = write_with(&mesh, &Extra { strip: Some(&strip), ..Default::default() }, &path(ending))
+            .unwrap_err();
         assert!(error.to_string().contains("name the file .glb"), "{error}");
     }
-    let error =
-        write_with(&other, &Extra { colours: Some(&coloured), strip: None }, &path("ply")).unwrap_err();
+    let error = write_with(&other, &Extra { colours: Some(&coloured), ..Default::default() }, &path("ply"))
+        .unwrap_err();
     assert!(error.to_string().contains("4 values and 4 colours for 1 vertices"), "{error}");
-    let error =
-        write_with(&mesh, &Extra { colours: None, strip: Some(&[0, 1, 2, 9]) }, &path("glb")).unwrap_err();
+    let error = write_with(&mesh, &Extra { strip: Some(&[0, 1, 2, 9]), ..Default::default() }, &path("glb"))
+        .unwrap_err();
     assert!(matches!(error, WriteError::BadIndex { triangle: 1, vertex: 9, .. }));
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
@@ -208,7 +209,7 @@ fn a_strip_in_a_file_reads_as_its_triangles() {
     // Two of the tetrahedron's triangles, a way over two that repeat a vertex, and the other two.
     let strip = [0, 2, 1, 3, 3, 0, 0, 1, 3, 2];
     let mesh = tetrahedron();
-    write_with(&mesh, &Extra { colours: None, strip: Some(&strip) }, &path).unwrap();
+    write_with(&mesh, &Extra { strip: Some(&strip), ..Default::default() }, &path).unwrap();
     let document = gltf::Gltf::open(&path).unwrap().document;
     let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
     assert_eq!(
@@ -218,6 +219,6 @@ fn a_strip_in_a_file_reads_as_its_triangles() {
     let found = isoforge::mesh::read::read(&path).unwrap().mesh;
     assert_eq!(found.triangles, isoforge::mesh::triangles_of_strip(&strip));
     // No triangles, no primitive.
-    write_with(&mesh, &Extra { colours: None, strip: Some(&[]) }, &path).unwrap();
+    write_with(&mesh, &Extra { strip: Some(&[]), ..Default::default() }, &path).unwrap();
     assert_eq!(isoforge::mesh::read::read(&path).unwrap().mesh, Mesh::default());
 }

@@ -183,6 +183,7 @@ fn lying_accessors() {
         ("/accessors/2/componentType", json!(5126)),
         ("/accessors/2/type", json!("VEC3")),
         ("/accessors/2/count", json!(13)),
+        ("/accessors/2/count", json!(11)),
         ("/accessors/0/bufferView", json!(7)),
         ("/accessors/0/min", json!([0, 0])),
         ("/accessors", json!([])),

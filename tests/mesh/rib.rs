@@ -2,7 +2,9 @@
 
 use crate::shapes::{mesh, tetrahedron, torus};
 use glam::{DMat4, DVec3, DVec4};
-use isoforge::mesh::{Mesh, write::write};
+use isoforge::mesh::Mesh;
+use isoforge::mesh::write::{Extra, write, write_with};
+use isoforge::render::View;
 
 /// A RIB request: its name and what follows up to the next.
 struct Request {
@@ -106,6 +108,28 @@ fn the_camera_sees_all_of_it() {
         // Up in the world is up in the picture.
         assert!((to_camera * DVec4::Z).y > 0.0);
     }
+}
+
+/// Of an upright picture the angle of its height is given, and RenderMan's is that of its width.
+#[test]
+fn the_camera_stands_where_it_is_told() {
+    let view = View { azimuth: 0.0, elevation: 0.0, fov: 90.0, size: [300, 600] };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.rib");
+    write_with(&tetrahedron(), &Extra { view, ..Extra::default() }, &path).unwrap();
+    let all = requests(&std::fs::read_to_string(path).unwrap());
+    assert_eq!(one(&all, "Format").numbers, [300.0, 600.0, 1.0]);
+    let width = one(&all, "Projection").lists[0][0];
+    assert!((width - 2.0 * 0.5f64.atan().to_degrees()).abs() < 1e-9, "{width}");
+    let matrix: [f64; 16] = one(&all, "ConcatTransform").lists[0].clone().try_into().unwrap();
+    // From +x, y is to the right.
+    let to_camera = DMat4::from_cols_array(&matrix);
+    let [right, up, ahead] = [DVec4::Y, DVec4::Z, DVec4::NEG_X].map(|axis| to_camera * axis);
+    assert!(
+        right.abs_diff_eq(DVec4::X, 1e-9)
+            && up.abs_diff_eq(DVec4::Y, 1e-9)
+            && ahead.abs_diff_eq(DVec4::Z, 1e-9)
+    );
 }
 
 #[test]

@@ -241,7 +241,14 @@ fn repaired_welds_are_closed_manifolds() {
     let edge = both(&cube(), &cube(), [1.0, 1.0, 0.0]);
     let mut sheet = cube();
     sheet.triangles.extend([[0, 3, 5], [0, 5, 3], [1, 1, 2]]);
-    for (mut mesh, components, triangles) in [(corner, 2, 24), (edge, 2, 24), (sheet, 1, 12)] {
+    // A triangle three times, and a whole cube twice, which are two that touch.
+    let mut thrice = cube();
+    let [a, b, c] = thrice.triangles[4];
+    thrice.triangles.extend([[b, c, a], [a, b, c]]);
+    let twice = both(&cube(), &cube(), [0.0; 3]);
+    for (mut mesh, components, triangles) in
+        [(corner, 2, 24), (edge, 2, 24), (sheet, 1, 12), (thrice, 1, 12), (twice, 2, 24)]
+    {
         mesh.weld();
         assert!(!mesh.check().is_closed_manifold());
         let places: Vec<_> = mesh.vertices.iter().map(|v| v.position).collect();

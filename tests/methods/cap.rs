@@ -6,7 +6,7 @@ use glam::{Mat3, Vec3};
 use isoforge::extract::{CapError, Capped, Normals, Options, Placement, Source};
 use isoforge::field::named::Named;
 use isoforge::field::user::UserField;
-use isoforge::field::{Closure, Sense};
+use isoforge::field::{Closure, Field, NoForm, Points, Sense, Wgsl};
 use isoforge::grid::Grid;
 use isoforge::mesh::Mesh;
 use isoforge::volume::{Values, Volume};
@@ -169,6 +169,94 @@ fn borders_close() {
     let before = bad.open_edges_at_border(&grid);
     bad.triangles.push([u32::MAX, 0, 1]);
     assert_eq!(bad.open_edges_at_border(&grid), before);
+}
+
+/// Far from the origin, too, where coordinates are rounded by more than a thousandth of a step, caps look out of the domain and open
+/// borders are found.
+#[test]
+fn far_grids_have_caps() {
+    let field = Closure::new(Sense::Below, |_| -1.0);
+    for (origin, step, cells) in
+        [(1000.0, 0.001, 100), (1000.0, 0.01, 60), (-4000.0, 0.02, 33), (0.0, 0.01, 50)]
+    {
+        let grid =
+            Grid::new([cells; 3], Vec3::splat(origin), Mat3::from_diagonal(Vec3::splat(step))).unwrap();
+        let source = Source::Field(&field, grid);
+        let (low, high) = (grid.origin(), grid.position(grid.cells().as_vec3()));
+        for options in options(0.0) {
+            let mesh = on_cpu(&Capped::new(&source, &options).unwrap().source(), &options);
+            for vertex in &mesh.vertices {
+                let sides = (0..3).flat_map(|k| [(k, low[k], -1.0), (k, high[k], 1.0)]);
+                let on: Vec<_> = sides.filter(|&(k, side, _)| vertex.position[k] == side).collect();
+                if let [(k, _, sign)] = on[..] {
+                    assert!(vertex.normal[k] * sign > 0.999, "{origin}, {options:?}: {vertex:?}");
+                }
+            }
+            assert_eq!(mesh.open_edges_at_border(&grid), 0);
+            // Without the cap of one side its edges are open.
+            let mut open = mesh.clone();
+            open.triangles.retain(|t| t.iter().any(|&v| mesh.vertices[v as usize].position[0] != high.x));
+            assert_eq!(open.open_edges_at_border(&grid), open.check().boundary_edges as u64, "{origin}");
+            assert!(open.check().boundary_edges >= 4 * cells as usize);
+        }
+    }
+}
+
+/// A field's text of the gradient may have that of its value in it, however it is written.
+#[test]
+fn a_gradient_with_the_value_in_it() {
+    #[derive(Debug)]
+    struct Ball(Closure<fn(Vec3) -> f32>, &'static str);
+    impl Field for Ball {
+        fn sense(&self) -> Sense {
+            self.0.sense()
+        }
+        fn values(&self, points: Points<'_>, out: &mut [f32]) -> Result<(), NoForm> {
+            self.0.values(points, out)
+        }
+        fn gradients(&self, points: Points<'_>, out: &mut [[f32; 3]]) -> Result<(), NoForm> {
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = [2.0 * points.x[i], 2.0 * points.y[i], 2.0 * points.z[i]];
+            }
+            Ok(())
+        }
+        fn wgsl(&self) -> Result<Wgsl, NoForm> {
+            let value = format!(
+                "{}(p: vec3<f32>) -> f32 {{ return ((p.x * p.x + p.y * p.y) + p.z * p.z) - 1.4; }}",
+                self.1
+            );
+            let gradient =
+                format!("{value}\nfn density_gradient(p: vec3<f32>) -> vec3<f32> {{ return 2.0 * p; }}");
+            Ok(Wgsl {
+                value: value.into(),
+                gradient: Some(gradient.into()),
+                interval: None,
+                planes: None,
+                data: [].into(),
+                parameters: Vec::new(),
+                counts_loops: false,
+            })
+        }
+    }
+    let value: fn(Vec3) -> f32 = |p| ((p.x * p.x + p.y * p.y) + p.z * p.z) - 1.4;
+    let grid = Grid::from_bounds([17, 20, 15], Vec3::NEG_ONE, Vec3::ONE).unwrap();
+    for written in ["fn density", "fn  density\n "] {
+        let ball = Ball(Closure::new(Sense::Below, value), written);
+        for options in options(0.0) {
+            for placement in [Placement::Linear, Placement::Snapped { epsilon: 1e-4 }] {
+                let options = Options { placement, ..options };
+                let capped = Capped::new(&Source::Field(&ball, grid), &options).unwrap();
+                let mesh = on_cpu(&capped.source(), &options);
+                assert_closed(&mesh, &format!("{options:?}"));
+                if let Some(extractor) = common::extractor() {
+                    let other = on_gpu(extractor, &capped.source(), &options);
+                    assert_closed(&other, &format!("{options:?}"));
+                    let volumes = [mesh.check().volume, other.check().volume];
+                    assert!((volumes[0] / volumes[1] - 1.0).abs() < 1e-4, "{options:?}: {volumes:?}");
+                }
+            }
+        }
+    }
 }
 
 /// Values and iso values of any size, and what is refused.

@@ -115,6 +115,7 @@ fn volume_with_border() {
     assert_same_topology(&s.mesh, &mesh, &report, "gyroid");
     let [low, high] = s.settings.border.unwrap();
     for mesh in [&s.mesh, &mesh] {
+        assert_within(mesh, [low, high]);
         let mut edges = std::collections::HashMap::new();
         for t in &mesh.triangles {
             for k in 0..3 {
@@ -126,6 +127,32 @@ fn volume_with_border() {
             let [a, b] = edge.map(|i| mesh.vertices[i as usize].at());
             let on = |k: usize, face: f32| (a[k] - face).abs() < 1e-4 && (b[k] - face).abs() < 1e-4;
             assert!((0..3).any(|k| on(k, low[k]) || on(k, high[k])), "{a} to {b}");
+        }
+    }
+}
+
+fn assert_within(mesh: &Mesh, [low, high]: [Vec3; 2]) {
+    let near = (high - low) * 1.1e-5;
+    for vertex in &mesh.vertices {
+        assert!(vertex.at().cmpge(low - near).all() && vertex.at().cmple(high + near).all(), "{vertex:?}");
+    }
+}
+
+/// Where the surface just touches the border from within, or bulges over it between the points of an edge, no vertex leaves the
+/// domain.
+#[test]
+fn nothing_leaves_the_border() {
+    for (cells, thickness) in [(24, 0.5), (40, 0.5), (12, 0.0)] {
+        let (field, grid) = named("gyroid", cells);
+        let field = field.with("thickness", thickness).unwrap();
+        let s = start(&field, field.definition().iso, grid);
+        let (mesh, report) = s.refined(|_| {});
+        assert_same_topology(&s.mesh, &mesh, &report, "gyroid");
+        assert_within(&mesh, s.settings.border.unwrap());
+        if let Some(extractor) = crate::common::extractor() {
+            let on_gpu = isoforge::gpu::GpuMesh::upload(extractor.gpu(), &s.mesh).unwrap();
+            let (on_gpu, _) = extractor.refine(&s.surface, &on_gpu, &s.settings, &|_| {}).unwrap();
+            assert_within(&on_gpu.read(extractor.gpu()).unwrap(), s.settings.border.unwrap());
         }
     }
 }

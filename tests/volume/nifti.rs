@@ -235,6 +235,11 @@ fn what_is_not_read_is_refused_by_name() {
     let flat = [[1.0, 0.0, 2.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]];
     let message = refusal("a.nii", &Nifti { sform: Some(flat), ..good.clone() }.bytes());
     assert!(message.contains("sform") && message.contains("no volume"), "{message}");
+    // Spacing gives no direction to an axis that has none.
+    let none = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]];
+    let bytes = Nifti { sform: Some(none), ..good.clone() }.bytes();
+    let message = open_spaced("a.nii", &bytes, [1.0, 2.0, 1.0]).unwrap_err().to_string();
+    assert!(message.contains("sform"), "{message}");
     let message = refusal("a.nii", &Nifti { qform: Some([f32::NAN; 6]), ..good.clone() }.bytes());
     assert!(message.contains("qform"), "{message}");
 }

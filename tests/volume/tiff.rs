@@ -174,6 +174,14 @@ fn imagej_gives_spacing() {
     // The same resolution without the tag: nobody says what its unit is to z.
     let opened = open_bytes("a.tif", &Tiff { description: None, ..file.clone() }.bytes()).unwrap();
     assert_plain_grid(&opened, [0.0; 3], [1.0; 3]);
+    // What other programs say of a stack is not understood, which is told.
+    for (description, by) in
+        [("<?xml?><OME><Image/></OME>", "OME-XML"), ("{\"shape\": [3, 4, 5]}", "tifffile")]
+    {
+        let file = Tiff { description: Some(description.as_bytes().to_vec()), ..file.clone() };
+        let opened = open_bytes("a.tif", &file.bytes()).unwrap();
+        assert!(opened.notes.concat().contains(by), "{:?}", opened.notes);
+    }
     // No spacing along z.
     let file = Tiff { resolution: Some([4, 1]), ..Tiff::imagej("images=3\n") };
     let opened = open_bytes("a.tif", &file.bytes()).unwrap();

@@ -24,7 +24,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
         }
         None => return Err(Fault::new("the file ends within its header")),
     }
-    let fault = |error: gltf::Error| Fault::new(error.to_string());
+    let fault = |error: gltf::Error| match error {
+        gltf::Error::Binary(gltf::binary::Error::Io(_)) => Fault::new("the file ends within its data"),
+        error => Fault::new(error.to_string()),
+    };
     let gltf = Gltf::from_slice_without_validation(bytes).map_err(fault)?;
     let json = gltf.document.into_json();
     // The crate's own validation panics on these.
@@ -116,7 +119,16 @@ fn append(mesh: &mut Mesh, primitive: &Primitive, matrix: Mat4, blob: &[u8]) -> 
     match primitive.mode() {
         Mode::TriangleFan => fan(&mut mesh.triangles, &indices),
         Mode::TriangleStrip => mesh.triangles.extend(triangles_of_strip(&indices)),
-        _ => mesh.triangles.extend(indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]])),
+        _ => {
+            let (triangles, rest) = indices.as_chunks();
+            if !rest.is_empty() {
+                return Err(Fault::new(format!(
+                    "{} indices are no whole number of triangles",
+                    indices.len()
+                )));
+            }
+            mesh.triangles.extend_from_slice(triangles);
+        }
     }
     let mirrored = matrix.determinant() < 0.0;
     for triangle in &mut mesh.triangles[first..] {

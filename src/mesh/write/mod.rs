@@ -21,6 +21,8 @@ use crate::atomic::{self, TargetError};
 use crate::colour::Coloured;
 use rayon::prelude::*;
 
+use crate::render::View;
+
 use super::{Mesh, Vertex};
 
 /// The endings that [`write()`] knows, in lower case; case does not matter. [`read`](super::read::read) knows all but
@@ -146,6 +148,8 @@ pub struct Extra<'a> {
     /// The triangles as one strip, written in their place: `.glb`, as a primitive of mode 5. See
     /// [`triangles_of_strip`](super::triangles_of_strip).
     pub strip: Option<&'a [u32]>,
+    /// From where the camera of a `.rib` file looks, and how large its picture is.
+    pub view: View,
 }
 
 /// As [`write()`], with more in the file.
@@ -191,7 +195,10 @@ pub fn write_with(mesh: &Mesh, extra: &Extra, path: &Path) -> Result<u64, WriteE
             "obj" => obj::write(mesh, &mut out),
             "ply" => ply::write(mesh, extra.colours, &mut out),
             "stl" => stl::write(mesh, &mut out),
-            "rib" => rib::write(mesh, &path.file_stem().unwrap_or_default().to_string_lossy(), &mut out),
+            "rib" => {
+                let name = path.file_stem().unwrap_or_default().to_string_lossy();
+                rib::write(mesh, &name, &extra.view, &mut out)
+            }
             _ => glb::write(mesh, extra, &mut out),
         }?;
         Ok(out.bytes)

@@ -6,24 +6,19 @@ use std::io::{self, Write};
 use glam::DVec3;
 
 use super::{Mesh, in_chunks};
+use crate::render::View;
 
-/// The picture's size in pixels, and the angle that its height spans, in degrees.
-const SIZE: [u32; 2] = [1024, 768];
-const FOV: f64 = 35.0;
-/// Where the camera stands: degrees around the z axis and above the xy plane.
-const AZIMUTH: f64 = 30.0;
-const ELEVATION: f64 = 25.0;
 /// How much of the frame stays free.
 const MARGIN: f64 = 1.05;
 
 /// `name` is the picture's, which a renderer makes of the file.
-pub(super) fn write(mesh: &Mesh, name: &str, out: &mut impl Write) -> io::Result<()> {
-    let view = View::of(mesh);
+pub(super) fn write(mesh: &Mesh, name: &str, from: &View, out: &mut impl Write) -> io::Result<()> {
+    let view = Camera::of(mesh, from);
     writeln!(out, "##RenderMan RIB-Structure 1.1\n##Creator isoforge")?;
     let quoted = name.replace('\\', "\\\\").replace('"', "\\\"").replace(char::is_control, "_");
     writeln!(out, "version 3.03\nDisplay \"{quoted}.tiff\" \"file\" \"rgba\"")?;
-    writeln!(out, "Format {} {} 1\nPixelSamples 3 3", SIZE[0], SIZE[1])?;
-    writeln!(out, "Projection \"perspective\" \"fov\" [{FOV}]\nClipping {} {}", view.near, view.far)?;
+    writeln!(out, "Format {} {} 1\nPixelSamples 3 3", from.size[0], from.size[1])?;
+    writeln!(out, "Projection \"perspective\" \"fov\" [{}]\nClipping {} {}", view.fov, view.near, view.far)?;
     writeln!(out, "ConcatTransform {}", list(&view.world_to_camera()))?;
     writeln!(out, "WorldBegin")?;
     writeln!(out, "LightSource \"ambientlight\" 1 \"intensity\" [0.15]")?;
@@ -67,7 +62,9 @@ fn list(numbers: &[f64]) -> String {
 }
 
 /// A camera that sees all of the mesh.
-struct View {
+struct Camera {
+    /// The angle that the shorter side of the picture spans, in degrees.
+    fov: f64,
     centre: DVec3,
     eye: DVec3,
     /// Right, up and forwards: the camera space of RenderMan is left-handed.
@@ -76,21 +73,25 @@ struct View {
     far: f64,
 }
 
-impl View {
-    fn of(mesh: &Mesh) -> Self {
+impl Camera {
+    fn of(mesh: &Mesh, from: &View) -> Self {
         let (low, high) = mesh
             .bounds()
             .map_or((DVec3::NEG_ONE, DVec3::ONE), |(low, high)| (low.as_dvec3(), high.as_dvec3()));
         let centre = (low + high) * 0.5;
         let half = ((high - low) * 0.5).length();
         let radius = if half > 0.0 { half } else { 1.0 };
-        let (sin_a, cos_a) = AZIMUTH.to_radians().sin_cos();
-        let (sin_e, cos_e) = ELEVATION.to_radians().sin_cos();
+        let [azimuth, elevation, height] =
+            [from.azimuth, from.elevation, from.fov].map(|a| f64::from(a).to_radians());
+        let (sin_a, cos_a) = azimuth.sin_cos();
+        let (sin_e, cos_e) = elevation.sin_cos();
+        let [across, down] = from.size.map(f64::from);
+        let fov = if across < down { 2.0 * ((height * 0.5).tan() * across / down).atan() } else { height };
         let back = DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e);
         let axes = [DVec3::new(-sin_a, cos_a, 0.0), DVec3::new(-sin_e * cos_a, -sin_e * sin_a, cos_e), -back];
-        let distance = MARGIN * radius / (FOV.to_radians() * 0.5).sin();
+        let distance = MARGIN * radius / (fov * 0.5).sin();
         let [near, far] = [distance - MARGIN * radius, distance + MARGIN * radius];
-        Self { centre, eye: centre + back * distance, axes, near, far }
+        Self { fov: fov.to_degrees(), centre, eye: centre + back * distance, axes, near, far }
     }
 
     /// For row vectors, as RenderMan has it.

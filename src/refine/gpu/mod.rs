@@ -51,7 +51,7 @@ impl Extractor {
         settings.check_for(surface)?;
         let header = mesh.read_header(&self.gpu)?;
         let mut report = RefineReport::default();
-        if header.overflow != 0 || header.triangles == 0 {
+        if !header.is_whole() || header.triangles == 0 {
             report.levels.push(level([0; 2], [0; 2]));
             progress(1.0);
             return Ok((GpuMesh::upload(&self.gpu, &Mesh::default())?, report));

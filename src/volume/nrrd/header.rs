@@ -97,6 +97,10 @@ impl Header {
                 break;
             }
             header.take(text, number, notes)?;
+            // The names of a LIST follow, to the end.
+            if header.get("datafile").is_some_and(|files| files.value.starts_with("LIST")) {
+                break;
+            }
         }
         Ok(header)
     }

@@ -19,7 +19,13 @@ pub(super) struct ImageJ {
 }
 
 impl ImageJ {
-    pub fn of(path: &Path, pages: &mut Pages, len: u64) -> Result<Option<Self>, OpenError> {
+    /// Notes say where another program describes the stack, whose words are not understood.
+    pub fn of(
+        path: &Path,
+        pages: &mut Pages,
+        len: u64,
+        notes: &mut Vec<String>,
+    ) -> Result<Option<Self>, OpenError> {
         let entry = pages.image_ifd().directory().get(Tag::ImageDescription).map(|entry| entry.count());
         let Some(count) = entry else { return Ok(None) };
         // A description is text of a few lines; the rest of a longer one is of no use here.
@@ -28,6 +34,14 @@ impl ImageJ {
         let got = read.map_err(|e| failed(path, 0, e))?.unwrap_or(0).min(bytes.len());
         let text = String::from_utf8_lossy(&bytes[..got]);
         if !text.starts_with("ImageJ=") {
+            let by = match text.trim_start() {
+                text if text.contains("<OME") => Some("OME-XML"),
+                text if text.starts_with("{\"shape\"") => Some("tifffile"),
+                _ => None,
+            };
+            notes.extend(by.map(|by| {
+                format!("the stack is described by {by}, which is not read: all pages are taken as slices, and its spacing is left out")
+            }));
             return Ok(None);
         }
         let lines = text

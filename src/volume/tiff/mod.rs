@@ -122,7 +122,7 @@ fn head(path: &Path, options: &OpenOptions) -> Result<Head, OpenError> {
     let mut pages = Decoder::new(source.reader).map_err(|e| failed(path, 0, e))?.with_limits(limits);
 
     let first = Page::of(path, 0, &mut pages)?;
-    let imagej = ImageJ::of(path, &mut pages, len)?;
+    let imagej = ImageJ::of(path, &mut pages, len, &mut notes)?;
     let mut count = 1_u64;
     while pages.more_images() {
         pages.next_image().map_err(|e| failed(path, count, e))?;
