@@ -317,6 +317,22 @@ fn sizes_that_overflow_are_refused() {
     assert!(refusal("a.tif", &file.bytes()).contains("damaged"));
 }
 
+/// A directory of 786 KB that follows itself was read 131,000 times.
+#[test]
+fn directories_that_lead_back_are_refused() {
+    let good = Tiff::new(Scalar::U8, Endian::Little).bytes();
+    let first = good[4..8].to_vec();
+    let mut bytes = good.clone();
+    let end = bytes.len() - 4;
+    bytes[end..].copy_from_slice(&first);
+    assert!(refusal("a.tif", &bytes).contains("lead back"));
+
+    let mut bytes = b"II*\0\x08\0\0\0\xff\xff".to_vec();
+    bytes.resize(bytes.len() + 12 * 65535, 0);
+    bytes.extend(8u32.to_le_bytes());
+    assert!(refusal("a.tif", &bytes).contains("lead back"));
+}
+
 /// Files of other programs, for what the writer above does not do.
 #[test]
 fn tiles_big_offsets_and_lzw() {

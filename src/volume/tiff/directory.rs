@@ -54,8 +54,9 @@ fn walk(path: &Path, source: &mut Source) -> Result<(), OpenError> {
     let mut next = if words.big { words.number(&head[8..16]) } else { words.number(&head[4..8]) };
     // Bytes of a directory's number of entries, of an entry, and of its count and place.
     let (count_size, entry_size, word) = if words.big { (8, 20, 8) } else { (2, 12, 4) };
-    // No more directories than fit without sharing bytes; the crate finds cycles by itself.
-    for page in 0..len / 6 {
+    // Bytes of the directories so far.
+    let mut sum = 0;
+    for page in 0.. {
         if next == 0 || next >= len {
             break;
         }
@@ -71,6 +72,11 @@ fn walk(path: &Path, source: &mut Source) -> Result<(), OpenError> {
                 "the directory of page {page} (from 0) has {count} entries, more than the file holds"
             );
             return Err(OpenError::corrupt(path, problem));
+        }
+        // Directories that share bytes, a link back to one of them for example, would be read without end.
+        sum += count_size as u64 + count * entry_size + word as u64;
+        if sum > len {
+            return Err(OpenError::corrupt(path, "its directories of pages overlap, or lead back to one"));
         }
         let mut entries = vec![0; (count * entry_size) as usize + word];
         if !read(start, &mut entries)? {
