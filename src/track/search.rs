@@ -77,7 +77,10 @@ pub(super) fn search(
 /// Whether the field knows anything of any box: of two as small as are asked for.
 fn has_intervals(params: &Params, field: &dyn Field, cells: u32) -> bool {
     let middle = UVec3::from(params.points) / 2;
-    let known = |first| field.range(region_of_cells(params, first, first + cells)).is_bounded();
+    let known = |first: UVec3| {
+        let end = first.saturating_add(UVec3::splat(cells));
+        field.range(region_of_cells(params, first, end)).is_bounded()
+    };
     known(UVec3::ZERO) || known(middle)
 }
 

@@ -70,6 +70,11 @@ fn settings_that_make_no_sense() {
             assert_eq!(triangles, 0);
         }
     }
+    let text = "fn density(p: vec3<f32>) -> f32 { return 1.0 / p.x; }";
+    let unbounded = UserField::new(text, "poles", Sense::Below).expect("a field");
+    let seeds = Seeds { search: Some(u32::MAX), ..Seeds::default() };
+    let found = track(&Source::Field(&unbounded, grid(40)), &Options::new(0.0), &seeds, &|_| {}).map(drop);
+    assert!(found.is_ok(), "{found:?}");
     let options = Options::new(f32::NAN);
     let found = track(&Source::Field(&ball(), grid(8)), &options, &at(&[Vec3::ZERO]), &|_| {});
     assert!(matches!(found, Err(TrackError::Extract(ExtractError::Iso(_)))));
