@@ -3,7 +3,7 @@
 use crate::common::{self, Random, noise};
 use crate::{assert_same, balls, grid};
 use glam::Vec3;
-use isoforge::extract::{Options, Source};
+use isoforge::extract::{ExtractError, Options, Source};
 use isoforge::field::Sense;
 use isoforge::field::user::UserField;
 use isoforge::graph::{GraphField, shapes::*};
@@ -102,4 +102,32 @@ fn too_large_a_grid() {
     let error = found.expect_err("too large");
     assert!(matches!(error, TrackError::Slabs { bricks: 125_751_501, .. }), "{error}");
     assert!(error.to_string().contains("track on the CPU"));
+}
+
+/// A budget that is too small beside the mesh is told as what it is, in the end with a figure that suffices.
+#[test]
+fn budgets_that_the_mesh_is_over() {
+    let Some(extractor) = common::extractor() else { return };
+    let field = GraphField::new(&sphere(0.7), Sense::Below);
+    let grid = Grid::from_bounds([100; 3], -Vec3::ONE, Vec3::ONE).expect("a grid");
+    let seeds = Seeds { points: vec![Vec3::ZERO], ..Seeds::default() };
+    let track = |memory_budget| {
+        let options = Options { memory_budget, ..Options::new(0.0) };
+        extractor.track(&Source::Field(&field, grid), &options, &seeds, &|_| {}).map(drop)
+    };
+    let (mut asked, mut told) = (100_000, 0);
+    while let Err(error) = track(asked) {
+        if let TrackError::Extract(ExtractError::Budget { what, needed, budget }) = error {
+            assert!(budget == asked && needed > asked, "{what}: {needed}, {budget}, {asked}");
+            // The labels come last.
+            if what.contains("labels") {
+                assert!(track(needed).is_ok(), "{what}: {needed}, {budget}");
+                told += 1;
+            }
+        } else {
+            assert!(matches!(error, TrackError::Slabs { .. }), "{error}");
+        }
+        asked += asked / 8;
+    }
+    assert!(told > 0);
 }

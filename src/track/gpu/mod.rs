@@ -63,18 +63,29 @@ impl Extractor {
         let (starts, mut told) = starts(&job, seeds, options.memory_budget)?;
         progress(0.1);
         let budget = options.memory_budget;
-        let mut room = budget;
+        let is_all = seeds.coarse.is_some() || seeds.search.is_some();
+        // What the mesh takes beside the scratch, as far as it is known, and what a slab that did takes.
+        let (mut beside, mut scratch) = (0, 0);
+        let short = |what, beside: u64, scratch: u64| {
+            // A plan's scratch is at most half of what there is: twice as much room has place for this one.
+            let needed = beside.saturating_add(scratch.saturating_mul(2));
+            TrackError::from(ExtractError::Budget { what, needed, budget })
+        };
         let mut most = self.most(source, options);
         let mut old = None;
         let too_large = || {
             let bricks = source.grid().brick_count();
             TrackError::Slabs { bricks, adapter: self.gpu.info.name.clone() }
         };
-        let (space, mut extraction) = loop {
-            let (mut space, _) =
-                self.prepare_cut(source, &Options { memory_budget: room, ..*options }, most, old.take())?;
+        let mut what = "the mesh with the scratch";
+        let extraction = loop {
+            let room = Options { memory_budget: budget.saturating_sub(beside), ..*options };
+            let mut space = match self.prepare_cut(source, &room, most, old.take()) {
+                Err(ExtractError::Budget { .. }) if beside > 0 => return Err(short(what, beside, scratch)),
+                prepared => prepared?.0,
+            };
             if space.plan.slab_count() > 1 {
-                return Err(too_large());
+                return Err(if beside > 0 { short(what, beside, scratch) } else { too_large() });
             }
             if let Some(slots) = self.follow(&mut space, options, &starts, &mut told)? {
                 if space.plan.slots < most.slots.min(space.plan.bricks) {
@@ -85,19 +96,25 @@ impl Extractor {
                 continue;
             }
             progress(0.5);
-            match self.extract_in(&space, source, options, &|_| {}) {
-                // The scratch left too little for the mesh: once more, with what the mesh leaves.
-                Err(ExtractError::Budget { needed, .. }) if room == budget => {
-                    room = budget.saturating_sub(needed - space.plan.bytes);
+            let made = self.extract_in(&space, source, options, &|_| {}).map_err(TrackError::from);
+            let made = made.and_then(|mut extraction| {
+                if !is_all {
+                    self.keep_reached(&space, options, &starts.edges, &mut extraction, &mut told)?;
+                }
+                Ok(extraction)
+            });
+            match made {
+                // The scratch left too little: once more, with what all else leaves.
+                Err(TrackError::Extract(ExtractError::Budget { what: of, needed, .. }))
+                    if needed - space.plan.bytes > beside =>
+                {
+                    (what, beside, scratch) = (of, needed - space.plan.bytes, space.plan.bytes);
                 }
                 // The mesh is more than the adapter binds.
-                Err(ExtractError::Binding { .. }) => return Err(too_large()),
-                extraction => break (space, extraction?),
+                Err(TrackError::Extract(ExtractError::Binding { .. })) => return Err(too_large()),
+                made => break made?,
             }
         };
-        if seeds.coarse.is_none() && seeds.search.is_none() {
-            self.keep_reached(&space, options, &starts.edges, &mut extraction, &mut told)?;
-        }
         progress(1.0);
         Ok((extraction, told))
     }
