@@ -105,7 +105,7 @@ pub(super) fn starts(job: &Job<'_>, seeds: &Seeds, budget: u64) -> Result<(Start
         return Err(TrackError::NothingReached { missed: told.missed });
     }
     if let Some(step) = seeds.coarse {
-        from_lattice(source.grid(), step, probe, &mut starts)?;
+        from_lattice(source.grid(), step, budget, probe, &mut starts)?;
     }
     if let Some(cells) = seeds.search {
         told.search = Some(search::search(source, params, cells, budget, probe, &mut starts)?);

@@ -43,7 +43,7 @@ pub(super) fn search(
     let field = match source {
         Source::Field(field, _) if has_intervals(params, *field, cells) => *field,
         _ => {
-            from_lattice(grid, cells, probe, starts)?;
+            from_lattice(grid, cells, budget, probe, starts)?;
             return Ok(SearchReport { cells, ..SearchReport::default() });
         }
     };

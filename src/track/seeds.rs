@@ -1,6 +1,7 @@
 //! From seed points, and from a coarse lattice, to crossed edges of the grid.
 
 use super::{Edge, Missed, Probe, Starts, TrackError, Why, corners};
+use crate::extract::ExtractError;
 use crate::grid::Grid;
 use glam::{IVec3, UVec3, Vec3};
 
@@ -121,6 +122,7 @@ impl Walk {
 pub(super) fn from_lattice(
     grid: &Grid,
     step: u32,
+    budget: u64,
     probe: Probe<'_>,
     starts: &mut Starts,
 ) -> Result<(), TrackError> {
@@ -130,6 +132,12 @@ pub(super) fn from_lattice(
         places
     });
     let [nx, ny, nz] = [axes[0].len(), axes[1].len(), axes[2].len()];
+    // Its points, which are inside, and which of the plane before are.
+    let needed = nx as u64 * ny as u64 * (size_of::<UVec3>() as u64 + 2);
+    if needed > budget {
+        let what = "a plane of the coarse lattice";
+        return Err(ExtractError::Budget { what, needed, budget }.into());
+    }
     let plane = nx * ny;
     let planes = (LATTICE / plane).max(1);
     // The last plane of the planes before, which has been looked at.

@@ -90,6 +90,14 @@ fn limits() {
         let found = track(&Source::Field(&ball(), grid(200)), &options, &seeds, &|_| {});
         assert!(matches!(found, Err(TrackError::Extract(ExtractError::Budget { .. }))), "{seeds:?}");
     }
+    let wide = Grid::from_bounds([1500, 1500, 8], -Vec3::ONE, Vec3::ONE).expect("a grid");
+    let options = Options { memory_budget: 20 << 20, ..options };
+    let seeds = Seeds { coarse: Some(1), ..Seeds::default() };
+    let found = track(&Source::Field(&ball(), wide), &options, &seeds, &|_| {}).map(drop);
+    let Err(TrackError::Extract(ExtractError::Budget { what, needed, budget })) = found else {
+        panic!("{found:?}");
+    };
+    assert!(what.contains("lattice") && needed > budget && budget == 20 << 20, "{what}: {needed}, {budget}");
     let text = "fn density(p: vec3<f32>) -> f32 { return p.x; }";
     let black_box = UserField::new(text, "plane", Sense::Below).expect("a field").as_written();
     let found = track(&Source::Field(&black_box, grid(8)), &Options::new(0.0), &at(&[Vec3::ZERO]), &|_| {});
