@@ -252,6 +252,32 @@ fn the_real_ones() {
     }
 }
 
+/// What a layer's triangles name of the next is counted, too. Goes red when the window is not.
+#[test]
+fn the_window_of_vertices_keeps_to_the_budget() {
+    let dir = TempDir::new().unwrap();
+    let out = TempDir::new().unwrap();
+    let (path, options) = raw(&dir, [257, 257, 18], Scalar::U8, Endian::Little, 2);
+    for ending in ["ply", "stl"] {
+        let to = out.path().join("a").with_extension(ending);
+        let extract = |memory_budget| {
+            let settings = Options { memory_budget, ..Options::new(1.5) };
+            extract_planes(&mut Planes::open(&path, &options).unwrap(), &settings, &to, &|_| {})
+        };
+        let over = |result| match result {
+            Err(PlanesError::Extract(ExtractError::Budget { what, needed, .. })) => (what, needed),
+            other => panic!("{other:?}"),
+        };
+        let (slab, least) = over(extract(0));
+        let (vertices, needed) = over(extract(least));
+        assert!(slab.contains("slab") && vertices.contains("vertices"), "{slab} {vertices}");
+        assert_eq!(fs::read_dir(&out).unwrap().count(), 0, "something is left behind");
+        let report = extract(needed).unwrap();
+        assert!(least < report.peak_bytes && report.peak_bytes <= needed, "{report:?}, {needed}");
+        fs::remove_file(&to).unwrap();
+    }
+}
+
 #[test]
 fn what_goes_wrong_leaves_nothing() {
     let dir = TempDir::new().unwrap();

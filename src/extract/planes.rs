@@ -43,14 +43,16 @@ const TABLE_BYTES: u64 = 8 + 8 + 4 + 4;
 const FILE_BYTES: u64 = 8 << 20;
 
 /// Extracts the mesh of a volume by the CPU twins, and writes it to `path`, a `.ply` or `.stl` file. Of the volume, two slabs of brick layers are in
-/// memory, one being read while the other is worked on; of the mesh what one batch of bricks makes. The file is byte for byte
+/// memory, one being read while the other is worked on; of the mesh what one batch of bricks makes, and in STL or with normals that
+/// others complete the vertices of about a layer of bricks. The file is byte for byte
 /// the one that [`extract_on_cpu`](super::extract_on_cpu) and [`write`](crate::mesh::write::write()) make.
 ///
 /// Beside the file asked for, the disk needs as much room again while it is made (for STL less). `progress` hears how much of
 /// the work is done, from 0 to 1.
 ///
 /// # Errors
-/// [`PlanesError`]; [`ExtractError::Budget`] where a slab of one layer is too much.
+/// [`PlanesError`]; [`ExtractError::Budget`] where a slab of one layer is too much, or in the end what the triangles of a layer
+/// name of the next.
 pub fn extract_planes(
     planes: &mut Planes,
     options: &Options,
@@ -284,12 +286,21 @@ impl<'a> Run<'a> {
     }
 
     fn finish(self, slabs: usize, reading: f64, progress: &dyn Fn(f64)) -> Result<Report, PlanesError> {
-        let Self { params, parts, is_marked, mut report, vertices, triangles, .. } = self;
+        let Self { options, params, parts, is_marked, mut report, vertices, triangles, .. } = self;
         drop((vertices, triangles));
         report.vertices = parts.vertices();
         report.triangles = parts.triangles();
         report.slabs = slabs as u64;
         report.seconds[at::READ] = Some(reading);
+        let budget = options.memory_budget;
+        let held = parts.bytes_to_finish(is_marked);
+        if held > budget {
+            let what = "the window of vertices that a layer's triangles name";
+            // A larger budget has larger runs: with those it must suffice, too.
+            let needed = held + (held / 3).clamp(2 * MESH_BYTES[0], 2 * MESH_BYTES[1]);
+            return Err(ExtractError::Budget { what, needed, budget }.into());
+        }
+        report.peak_bytes = report.peak_bytes.max(held);
         let marks = Marks(params);
         parts.finish(is_marked.then_some(&marks), progress)?;
         Ok(report)

@@ -19,6 +19,9 @@ enum Format {
 /// Bytes that are on their way to a file or from one.
 const BUFFER: usize = 1 << 20;
 
+/// A window of vertices leaves at most this part of it, those that are done with, in memory.
+const LEFT: u64 = 4;
+
 /// The parts of a mesh.
 pub(crate) struct Parts {
     path: PathBuf,
@@ -26,6 +29,11 @@ pub(crate) struct Parts {
     vertices: Sink,
     triangles: Sink,
     runs: Vec<Run>,
+    /// Vertices up to the last that is there or that a triangle names.
+    named: u64,
+    /// The most vertices that a run's triangles want in memory when the file is written, and the most triangles of a run.
+    window: u64,
+    run: u64,
 }
 
 /// Triangles that were added together.
@@ -79,7 +87,16 @@ impl Parts {
             _ => return Err(WriteError::NotInParts { path: path.into() }),
         };
         let (vertices, triangles) = (Sink::new(path)?, Sink::new(path)?);
-        Ok(Self { path: path.into(), format, vertices, triangles, runs: Vec::new() })
+        Ok(Self {
+            path: path.into(),
+            format,
+            vertices,
+            triangles,
+            runs: Vec::new(),
+            named: 0,
+            window: 0,
+            run: 0,
+        })
     }
 
     /// Vertices so far.
@@ -92,6 +109,19 @@ impl Parts {
         self.triangles.count
     }
 
+    /// The most bytes that [`Parts::finish`] holds.
+    pub(crate) fn bytes_to_finish(&self, with_normals: bool) -> u64 {
+        let window = self.window + self.window / LEFT;
+        let held = match (self.format, with_normals) {
+            (Format::Ply, false) => 12 * self.run,
+            // A run's triangles by numbers in the window, too.
+            (Format::Ply, true) => 24 * window + 24 * self.run,
+            (Format::Stl, _) => 24 * window + 12 * self.run,
+        };
+        // Two files are read, one is written.
+        held + 3 * BUFFER as u64
+    }
+
     /// Adds the next vertices and triangles. The triangles name vertices by their numbers in the whole mesh: these ones,
     /// and later ones.
     ///
@@ -100,6 +130,10 @@ impl Parts {
     pub(crate) fn add(&mut self, vertices: &[Vertex], triangles: &[[u32; 3]]) -> Result<(), WriteError> {
         let first_vertex = self.vertices.count as u32;
         self.runs.push(Run { triangles: triangles.len(), first_vertex });
+        let last = triangles.as_flattened().iter().max().map_or(0, |&v| u64::from(v) + 1);
+        self.named = self.named.max(last).max(self.vertices.count + vertices.len() as u64);
+        self.window = self.window.max(self.named - self.vertices.count);
+        self.run = self.run.max(triangles.len() as u64);
         self.vertices
             .add(bytemuck::cast_slice(vertices), vertices.len())
             .and_then(|()| self.triangles.add(bytemuck::cast_slice(triangles), triangles.len()))
@@ -115,7 +149,7 @@ impl Parts {
         normals: Option<&dyn Normals>,
         progress: &dyn Fn(f64),
     ) -> Result<u64, WriteError> {
-        let Self { path, format, vertices, triangles, runs } = self;
+        let Self { path, format, vertices, triangles, runs, window, .. } = self;
         let counts = [vertices.count, triangles.count];
         if format == Format::Stl {
             stl::fits(counts[1]).map_err(|what| WriteError::TooLarge { path: path.clone(), what })?;
@@ -125,6 +159,7 @@ impl Parts {
             vertices: vertices.read().map_err(failed)?,
             triangles: triangles.read().map_err(failed)?,
             runs,
+            most: usize::try_from(window + window / LEFT).unwrap_or(usize::MAX),
             left: counts[0],
             progress,
         };
@@ -145,6 +180,8 @@ struct Reading<'a> {
     vertices: BufReader<File>,
     triangles: BufReader<File>,
     runs: Vec<Run>,
+    /// Vertices that the window has room for.
+    most: usize,
     /// Vertices not yet read.
     left: u64,
     progress: &'a dyn Fn(f64),
@@ -196,18 +233,23 @@ impl Reading<'_> {
         &mut self,
         mut work: impl FnMut(u32, &mut [Vertex], &[[u32; 3]], usize) -> io::Result<()>,
     ) -> io::Result<()> {
-        let (mut window, mut first) = (Vec::new(), 0u32);
+        // Those before `start` are done. They stay until they are a part of the rest, so that this is not moved at every run.
+        let (mut window, mut start, mut first) = (Vec::with_capacity(self.most), 0, 0u32);
         for i in 0..self.runs.len() {
             let triangles = self.next_triangles(self.runs[i].triangles)?;
             let end_of_run = self.runs.get(i + 1).map(|next| next.first_vertex);
             // Vertices that no triangle has are handed out, too.
             let last = triangles.as_flattened().iter().max().map_or(0, |&v| u64::from(v) + 1);
             let last = last.max(end_of_run.map_or(u64::MAX, u64::from));
-            let wanted = last.saturating_sub(u64::from(first) + window.len() as u64).min(self.left);
+            let wanted = last.saturating_sub(u64::from(first) + (window.len() - start) as u64).min(self.left);
             self.next_vertices(&mut window, wanted as usize)?;
-            let done = end_of_run.map_or(window.len(), |end| (end - first) as usize);
-            work(first, &mut window, &triangles, done)?;
-            window.drain(..done);
+            let done = end_of_run.map_or(window.len() - start, |end| (end - first) as usize);
+            work(first, &mut window[start..], &triangles, done)?;
+            start += done;
+            if start > (window.len() - start) / LEFT as usize {
+                window.drain(..start);
+                start = 0;
+            }
             first += done as u32;
             self.tell(0.5 * (i as f64 / self.runs.len() as f64));
         }
