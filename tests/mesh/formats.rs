@@ -301,3 +301,16 @@ fn unknown_endings_are_refused() {
     }
     assert!(matches!(read(Path::new("no/such.ply")), Err(ReadError::Io { .. })));
 }
+
+/// A line of a million pieces, each of which cost a copy of all before.
+#[test]
+fn long_continued_lines_of_obj() {
+    let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {}3\nf 1 2 3\n", "\\\n".repeat(1 << 20));
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.obj");
+    fs::write(&path, text).unwrap();
+    let since = std::time::Instant::now();
+    let mesh = read(&path).unwrap().mesh;
+    assert_eq!(mesh.triangles, [[0, 1, 2]; 2]);
+    assert!(since.elapsed().as_secs() < 10, "{:?}", since.elapsed());
+}

@@ -37,9 +37,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Contents, Fault> {
     let mut face = Vec::new();
     while let Some((number, line)) = lines.next() {
         let mut line = Cow::Borrowed(line);
-        while let Some(begun) = line.strip_suffix('\\') {
-            let (_, rest) = lines.next().unwrap_or_default();
-            line = Cow::Owned(format!("{begun} {rest}"));
+        // Appended in place: files have lines of any number of pieces.
+        while line.ends_with('\\') {
+            let joined = line.to_mut();
+            joined.pop();
+            joined.push(' ');
+            joined.push_str(lines.next().unwrap_or_default().1);
         }
         let mut words = line.split_whitespace();
         match words.next() {
