@@ -24,7 +24,7 @@ fn edges(criterion: &mut Criterion) {
             group.sample_size(10);
             group
                 .bench_function("sweep", |b| b.iter(|| extract_on_cpu(&source, &Options::new(0.0), &|_| {})));
-            group.bench_function("sharp", |b| b.iter(|| sharp::extract(&surface, &grid, &|_| {})));
+            group.bench_function("sharp", |b| b.iter(|| sharp::extract(&surface, &grid, u64::MAX, &|_| {})));
             group.bench_function("dmc", |b| b.iter(|| octree::extract(&surface, &grid, &settings, &|_| {})));
         }
     }

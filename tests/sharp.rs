@@ -28,7 +28,7 @@ fn cube(n: u32, half: f32) -> Grid {
 fn sharp(field: &dyn Field, grid: &Grid) -> (Mesh, SharpReport) {
     let delta = grid.shortest_step() as f32 * 0.01;
     let surface = Surface::new(field, 0.0, field.sense(), delta).expect("the CPU evaluates it");
-    extract(&surface, grid, &|_| {}).expect("it can be extracted")
+    extract(&surface, grid, u64::MAX, &|_| {}).expect("it can be extracted")
 }
 
 /// The marching cubes mesh at iso 0.

@@ -121,9 +121,9 @@ fn measure_source(name: &str, args: &AccuracyArgs) -> Result<Table, Failure> {
         Ok(refine(&surface, &mesh, &contest.settings, &|_| {}).map_err(Failure::run)?.0)
     })?;
     rows.push(refined);
-    rows.push(
-        contest.row("sharp", || Ok(sharp::extract(&surface, &grid, &|_| {}).map_err(Failure::run)?.0))?,
-    );
+    rows.push(contest.row("sharp", || {
+        Ok(sharp::extract(&surface, &grid, memory_budget, &|_| {}).map_err(Failure::run)?.0)
+    })?);
     let of_octree = octree::Settings::new(&grid);
     rows.push(
         contest.row("dmc", || {

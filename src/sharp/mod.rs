@@ -37,7 +37,7 @@ use qef::Plane;
 use rayon::prelude::*;
 use sheets::{Loop, SHEETS, others};
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 /// Corners that lie closer together are one; in cells.
 const SAME: f64 = 0.05;
@@ -67,6 +67,9 @@ pub struct SharpReport {
     pub flipped: u64,
     /// Samples that were NaN or infinite; they count as outside.
     pub non_finite: u64,
+    /// The most bytes that crossings, sheets, polygons and mesh took at one time.
+    #[serde(skip)]
+    pub peak_bytes: u64,
 }
 
 /// Why an extraction failed.
@@ -78,6 +81,18 @@ pub enum SharpError {
     /// The iso value is NaN or infinite.
     #[error("the iso value is {0}: give a finite number")]
     Iso(f32),
+    /// More bytes needed than allowed.
+    #[error(
+        "{what} needs {needed} bytes, over the memory budget of {budget} bytes: raise the budget or coarsen the grid"
+    )]
+    Budget {
+        /// What needs them.
+        what: &'static str,
+        /// How many.
+        needed: u64,
+        /// How many there are.
+        budget: u64,
+    },
     /// More bricks than 32-bit numbers can count.
     #[error("the grid has {bricks} bricks of 8³ cells, more than 32-bit numbers count: coarsen it")]
     TooManyBricks {
@@ -94,8 +109,15 @@ pub enum SharpError {
     },
 }
 
-/// The mesh of `surface` on `grid`, with its edges and corners. `progress` hears how much of the work is done, from 0
-/// to 1.
+/// Bytes that a crossed edge takes at most, with its polygon: as found by its brick and then with the others, or with what is
+/// made of it.
+const EDGE_BYTES: usize = size_of::<Crossing>() + 4 + 16 + 16 + 4 + 2 * size_of::<DVec3>() + 24;
+/// Bytes that a sheet takes, with its cell and its vertex, and those of half as many segments.
+const SHEET_BYTES: usize =
+    size_of::<Cell>() + size_of::<Sheet>() + 3 * size_of::<Placed>() + size_of::<Vertex>();
+
+/// The mesh of `surface` on `grid`, with its edges and corners, if what is kept for it takes at most `memory_budget` bytes.
+/// `progress` hears how much of the work is done, from 0 to 1.
 ///
 /// Closed, manifold and oriented, but for where the surface leaves the grid; one vertex for each sheet of a
 /// cell, with the exact normal; on a feature the mean of its sides'. Same bytes on any number of threads.
@@ -105,6 +127,7 @@ pub enum SharpError {
 pub fn extract(
     surface: &Surface<'_>,
     grid: &Grid,
+    memory_budget: u64,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<(Mesh, SharpReport), SharpError> {
     if !surface.iso().is_finite() {
@@ -123,7 +146,7 @@ pub fn extract(
         frame: Frame::new(grid),
     };
     let mut report = SharpReport::default();
-    let hermite = Hermite::new(&scene, grid, &mut report, &|part| progress(0.4 * part))?;
+    let hermite = Hermite::new(&scene, grid, memory_budget, &mut report, &|part| progress(0.4 * part))?;
     let sheets = Sheets::new(&scene, &hermite, &|part| progress(0.4 + 0.5 * part))?;
     let mut polygons = Polygons::new(&scene, grid, &hermite, &sheets)?;
     progress(0.95);
@@ -161,21 +184,33 @@ impl Hermite {
     fn new(
         scene: &Scene<'_>,
         grid: &Grid,
+        budget: u64,
         report: &mut SharpReport,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Self, SharpError> {
-        let (active, done) = (&scene.culled.active, AtomicUsize::new(0));
+        let (active, done, bytes) = (&scene.culled.active, AtomicUsize::new(0), AtomicU64::new(0));
         let found = active.par_chunks(TASK).map(|bricks| {
             let mut sampler = Sampler::default();
             let mut found = Vec::new();
             for &brick in bricks {
-                found.push((brick, brick_data(scene, brick, &mut sampler)?));
+                let data = brick_data(scene, brick, &mut sampler)?;
+                let sheets: usize = data.cells.iter().map(|cell| SHEETS[cell.case as usize].len()).sum();
+                let own = (data.crossings.len() * EDGE_BYTES + sheets * SHEET_BYTES) as u64;
+                // Over the budget it is only counted, so that the error tells what suffices.
+                if bytes.fetch_add(own, Ordering::Relaxed) + own <= budget {
+                    found.push((brick, data));
+                }
             }
             let done = done.fetch_add(bricks.len(), Ordering::Relaxed) + bricks.len();
             progress(done as f64 / active.len() as f64);
             Ok(found)
         });
         let found: Vec<_> = found.collect::<Result<Vec<_>, NoForm>>()?;
+        report.peak_bytes = bytes.into_inner();
+        if report.peak_bytes > budget {
+            let what = "the mesh with its crossings and sheets";
+            return Err(SharpError::Budget { what, needed: report.peak_bytes, budget });
+        }
         let mut all = Self {
             bricks: Vec::new(),
             slots: HashMap::new(),

@@ -264,3 +264,46 @@ fn nothing_thin_is_left_of_caps() {
     }
     assert!(flipped > 20, "{flipped}");
 }
+
+#[test]
+fn methods_beside_the_sweep_keep_the_memory_budget() {
+    let here = folder();
+    let stats = |more: &[&str]| {
+        let args = [&["extract", TWO_BALLS, "-n", "64", "--stats", "s.json"], more].concat();
+        let said = done(here.path(), &args).err;
+        let text = std::fs::read_to_string(here.path().join("s.json")).expect("statistics");
+        (serde_json::from_str::<serde_json::Value>(&text).expect("JSON"), said)
+    };
+    let args = ["extract", TWO_BALLS, "-n", "64", "--sharp", "--memory-budget", "100000"];
+    let run = isoforge(here.path(), &args);
+    assert!(
+        run.code == Some(1) && run.err.contains("sheets needs") && run.err.contains("--memory-budget"),
+        "{}",
+        run.err
+    );
+    let (told, _) = stats(&["--sharp"]);
+    let needed = told["peak_bytes"].as_u64().expect("a number");
+    assert!(run.err.contains(&format!("needs {needed} bytes")), "{needed}, {}", run.err);
+    assert_eq!(stats(&["--sharp", "--memory-budget", &needed.to_string()]).0["vertices"], told["vertices"]);
+    for method in ["dmc", "octree"] {
+        let (whole, said) = stats(&["--method", method]);
+        assert!(!said.contains("ran out"), "{said}");
+        let (some, said) = stats(&["--method", method, "--memory-budget", "200000"]);
+        assert!(said.contains("raise it (--memory-budget)"), "{said}");
+        let bytes = [&whole, &some].map(|told| told["peak_bytes"].as_u64().expect("a number"));
+        assert!(bytes[1] <= 200_000 && bytes[1] < bytes[0] && bytes[1] > 0, "{bytes:?}");
+    }
+}
+
+#[test]
+fn a_track_takes_steps_and_sizes_of_any_number() {
+    let here = folder();
+    for flag in ["--search", "--coarse"] {
+        for formula in [TWO_BALLS, "1/x"] {
+            done(
+                here.path(),
+                &["extract", formula, "-n", "20", "--track", flag, "4294967295", "-o", "m.ply"],
+            );
+        }
+    }
+}

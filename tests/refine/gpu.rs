@@ -232,7 +232,7 @@ fn other_meshes() {
     let field = graph(&kugeldiff());
     let s = start(&field, 0.0, cube(20, 1.5));
     let grid = cube(20, 1.5);
-    let (sharp, _) = isoforge::sharp::extract(&s.surface, &grid, &|_| {}).unwrap();
+    let (sharp, _) = isoforge::sharp::extract(&s.surface, &grid, u64::MAX, &|_| {}).unwrap();
     both("sharp", &s.surface, &sharp, &s.settings);
     let settings = isoforge::octree::Settings::new(&grid);
     let (dmc, _) = isoforge::octree::extract(&s.surface, &grid, &settings, &|_| {}).unwrap();

@@ -168,7 +168,7 @@ fn what_is_refused() {
     assert!(matches!(Surface::new(&field, 0.0, Sense::Below, 1e-3), Err(NoForm::Cpu)));
     let ball = graph(&sphere(0.5));
     let surface = Surface::new(&ball, f32::NAN, Sense::Below, 1e-3).unwrap();
-    assert!(matches!(extract(&surface, &cube(4, 1.0), &|_| {}), Err(SharpError::Iso(_))));
+    assert!(matches!(extract(&surface, &cube(4, 1.0), u64::MAX, &|_| {}), Err(SharpError::Iso(_))));
 }
 
 #[test]
