@@ -108,9 +108,9 @@ impl GpuMesh {
     /// Puts a mesh from main memory on the GPU.
     ///
     /// # Errors
-    /// As [`GpuMesh::with_capacity`].
+    /// As [`GpuMesh::with_capacity`]; [`GpuError::OutOfMemory`] also for more vertices or indices than 32-bit numbers count.
     pub fn upload(gpu: &Gpu, mesh: &Mesh) -> Result<Self, GpuError> {
-        let (vertices, triangles) = (mesh.vertices.len() as u32, mesh.triangles.len() as u32);
+        let [vertices, triangles] = counts(mesh.vertices.len(), mesh.triangles.len())?;
         let on_gpu = Self::with_capacity(gpu, vertices, triangles)?;
         let header = MeshHeader {
             index_count: triangles * 3,
@@ -174,5 +174,36 @@ impl GpuMesh {
             vertices: gpu.read(&self.vertices, header.vertices.into())?,
             triangles: gpu.read(&self.indices, header.triangles.into())?,
         })
+    }
+}
+
+/// Vertices and triangles, if the header's words hold them and three indices a triangle.
+fn counts(vertices: usize, triangles: usize) -> Result<[u32; 2], GpuError> {
+    let fits = |what: &str, items: usize, each: u32, size: usize| match u32::try_from(items) {
+        Ok(n) if n <= u32::MAX / each => Ok(n),
+        _ => Err(GpuError::OutOfMemory {
+            what: what.into(),
+            bytes: (items as u64).saturating_mul(size as u64),
+        }),
+    };
+    Ok([fits("mesh vertices", vertices, 1, size_of::<Vertex>())?, fits("mesh indices", triangles, 3, 12)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_than_32_bits_count_is_refused() {
+        let most = u32::MAX as usize;
+        assert_eq!(counts(most, most / 3).ok(), Some([u32::MAX, u32::MAX / 3]));
+        let wanted =
+            [(counts(most + 1, 0), 24 << 32), (counts(0, most / 3 + 1), 4 * (u64::from(u32::MAX) + 3))];
+        for (found, wanted) in wanted {
+            assert!(
+                matches!(&found, Err(GpuError::OutOfMemory { bytes, .. }) if *bytes == wanted),
+                "{found:?}"
+            );
+        }
     }
 }
