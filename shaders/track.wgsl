@@ -39,8 +39,8 @@ fn advance(@builtin(local_invocation_index) lane: u32) {
     for (var i = lane; i < count; i += 64u) {
         active_list[i] = queue[first + i];
     }
-    // All have read where the round begins.
-    workgroupBarrier();
+    // All have read where the round begins, from storage: that takes the barrier of storage.
+    storageBarrier();
     if lane == 0u {
         work.taken = first + count;
         work.active_bricks = count;
