@@ -7,7 +7,7 @@ use super::source::{Loaded, Opened};
 use super::stats::{Seconds, Stats};
 use super::watchdog::{EXTRACTING, Watchdog};
 use super::{Failure, backend, method, picture, planes, source, tell};
-use crate::extract::{Capped, ExtractError, Extractor, Options, Report, Source, extract_on_cpu};
+use crate::extract::{CapError, Capped, ExtractError, Extractor, Options, Report, Source, extract_on_cpu};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::grid::Grid;
 use crate::mesh::Mesh;
@@ -60,7 +60,10 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let placement = args.method.placement();
     let options = Options { method, placement, ..loaded.options(&args.source, memory_budget - beside)? };
     let capped = args.method.cap.then(|| Capped::new(&loaded.source(), &options));
-    let capped = capped.transpose().map_err(Failure::run)?;
+    let capped = capped.transpose().map_err(|error| match error {
+        CapError::Budget { .. } => Failure::run(format!("{error} (--memory-budget)")),
+        error => Failure::run(error),
+    })?;
     let (options, is_volume) = match (&capped, &loaded) {
         // It stays in memory beside its copy.
         (Some(_), Loaded::Volume { .. }) => {

@@ -29,7 +29,7 @@ pub enum CapError {
     /// A volume and its copy need more bytes than allowed.
     #[error(
         "the volume and its copy with closed borders, as f32, need {needed} bytes, over the memory budget of {budget} bytes: raise the \
-         budget (--memory-budget), or leave the border open"
+         budget (`Options::memory_budget`), or leave the border open"
     )]
     Budget {
         /// How many.
