@@ -56,7 +56,7 @@ pub struct Seconds {
 impl Seconds {
     /// The parts that the extraction measured.
     pub fn of(report: &Report) -> Self {
-        let [read, upload, cull, sample, classify, scan, emit, normals, readback] = report.seconds;
+        let [read, upload, cull, sample, classify, scan, emit, normals] = report.seconds;
         Self {
             read,
             upload,
@@ -66,7 +66,7 @@ impl Seconds {
             scan,
             emit,
             normals,
-            readback,
+            readback: None,
             refine: None,
             write: None,
             total: 0.0,

@@ -145,8 +145,7 @@ impl Options {
 }
 
 /// The parts of an extraction that are timed.
-pub const STAGES: [&str; 9] =
-    ["read", "upload", "cull", "sample", "classify", "scan", "emit", "normals", "readback"];
+pub const STAGES: [&str; 8] = ["read", "upload", "cull", "sample", "classify", "scan", "emit", "normals"];
 
 /// Indices into [`Report::seconds`].
 #[allow(missing_docs, reason = "the names say it all")]

@@ -3,7 +3,7 @@
 use super::plan::{Plan, Slab};
 use super::{ExtractError, Extractor, Method, Options, Source};
 use crate::field::{PARAMETER_VECTORS, Sense, Wgsl};
-use crate::gpu::kernel::{Bindings, Groups, binding as b};
+use crate::gpu::kernel::{Bindings, Groups, binding as b, made};
 use crate::gpu::settings::Uniforms;
 use crate::gpu::{Gpu, GpuError, MESH_HEADER_BYTES, Settings};
 use crate::grid::Grid;
@@ -72,14 +72,11 @@ impl SourceKernels {
 
     /// The kernels of a method, compiled on the first call.
     pub(crate) fn of(&self, gpu: &Gpu, method: Method) -> Result<&MethodKernels, GpuError> {
-        let place = &self.methods[method as usize];
-        if let Some(kernels) = place.get() {
-            return Ok(kernels);
-        }
-        let samples = self.samples();
-        let classify = Classify::new(gpu, samples, method)?;
-        let kernels = MethodKernels { classify, emit: Emit::new(gpu, samples, method)? };
-        Ok(place.get_or_init(|| kernels))
+        made(&self.methods[method as usize], || {
+            let samples = self.samples();
+            let classify = Classify::new(gpu, samples, method)?;
+            Ok(MethodKernels { classify, emit: Emit::new(gpu, samples, method)? })
+        })
     }
 
     /// Classify that takes a field's samples itself, where the device's form has it, compiled on the first call. Only for
@@ -96,11 +93,7 @@ impl SourceKernels {
         }
         let by_planes = is_aligned && shaders::shared_planes(wgsl).is_some();
         let place = &self.classify_sampling[usize::from(by_planes)];
-        if let Some(kernel) = place.get() {
-            return Ok(Some(kernel));
-        }
-        let kernel = Classify::sampling(gpu, wgsl, by_planes)?;
-        Ok(Some(place.get_or_init(|| kernel)))
+        made(place, || Classify::sampling(gpu, wgsl, by_planes)).map(Some)
     }
 
     /// The kernels that make vertices with the method and the normals of a run, compiled on the first call.

@@ -168,7 +168,7 @@ impl Mesh {
     }
 }
 
-fn next(h: u32) -> u32 {
+pub(super) fn next(h: u32) -> u32 {
     if h % 3 == 2 { h - 2 } else { h + 1 }
 }
 

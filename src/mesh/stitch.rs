@@ -15,6 +15,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::check::{join, root};
+use super::repair::next;
 use super::{Mesh, Vertex};
 
 const NONE: u32 = u32::MAX;
@@ -72,10 +73,6 @@ struct Patch<'a> {
     facing: Vec<u32>,
     /// For half-edges of dead triangles: where one leaves the dead triangle again.
     through: Vec<u32>,
-}
-
-fn next(h: u32) -> u32 {
-    if h % 3 == 2 { h - 2 } else { h + 1 }
 }
 
 impl<'a> Patch<'a> {

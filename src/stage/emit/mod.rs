@@ -9,7 +9,7 @@ pub mod cpu;
 
 use super::shaders::{self, Samples};
 use crate::field::differences::Normals;
-use crate::gpu::kernel::{Bindings, Kernel};
+use crate::gpu::kernel::{Bindings, Kernel, made};
 use crate::gpu::{Gpu, GpuError};
 use crate::stage::method::{Method, Placement};
 use std::sync::OnceLock;
@@ -36,7 +36,7 @@ impl Emit {
     /// Compiles the kernels for a source of samples, but that of vertices.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, samples: Samples<'_>, method: Method) -> Result<Self, GpuError> {
         // What places vertices and makes normals is no part of these.
         let source = shaders::emit(samples, method, Placement::Linear, Normals::Exact, gpu.form());
@@ -52,7 +52,7 @@ impl Emit {
     /// the first call.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn vertices(
         &self,
         gpu: &Gpu,
@@ -66,17 +66,14 @@ impl Emit {
             (Samples::Field(_), Normals::Exact | Normals::Central { .. }) => 1,
             (Samples::Field(_), Normals::Forward { .. }) => 2,
         };
-        let place = &self.vertices[kind + 3 * placement.kind()];
-        if let Some(kernels) = place.get() {
-            return Ok(kernels);
-        }
-        let source = shaders::emit(samples, self.method, placement, normals, gpu.form());
-        let centres = match self.method {
-            Method::MarchingCubes | Method::Tetrahedra => None,
-            Method::Mc33 => Some(Kernel::new(gpu, &source, "emit_centres", &[])?),
-        };
-        let kernels = Vertices { on_edges: Kernel::new(gpu, &source, "emit_vertices", &[])?, centres };
-        Ok(place.get_or_init(|| kernels))
+        made(&self.vertices[kind + 3 * placement.kind()], || {
+            let source = shaders::emit(samples, self.method, placement, normals, gpu.form());
+            let centres = match self.method {
+                Method::MarchingCubes | Method::Tetrahedra => None,
+                Method::Mc33 => Some(Kernel::new(gpu, &source, "emit_centres", &[])?),
+            };
+            Ok(Vertices { on_edges: Kernel::new(gpu, &source, "emit_vertices", &[])?, centres })
+        })
     }
 
     /// Writes the slab's totals and the mesh header.
