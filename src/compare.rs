@@ -414,7 +414,7 @@ fn parts<'a>(
 }
 
 /// Both paths from the source on. Where the backends' samples differ, cells at the very surface may fall
-/// into different cases: then the meshes are compared by what they enclose.
+/// into different cases: then only the numbers of triangles are compared, roughly.
 fn compare_whole(
     found: &mut Comparison,
     source: &Source<'_>,

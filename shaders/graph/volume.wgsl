@@ -1,4 +1,4 @@
-// A sampled volume; src/graph/volume.rs is the twin. LEAF stands for the leaf's name; LEAF_FIRST, LEAF_NEAREST,
+// A sampled volume; src/graph/volume/mod.rs is the twin. LEAF stands for the leaf's name; LEAF_FIRST, LEAF_NEAREST,
 // LEAF_CONSTANT, LEAF_KIND and LEAF_GRADIENT_NEAREST are its constants. Marks of their own line part what all need,
 // values, gradients and bounds.
 //

@@ -13,7 +13,7 @@ use crate::stage::cull::cpu::{range, straddles};
 /// rounds as IEEE 754 says.
 ///
 /// # Errors
-/// [`ExtractError::Iso`], [`ExtractError::Delta`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
+/// [`ExtractError::Iso`], [`ExtractError::Epsilon`], [`ExtractError::Delta`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
 /// [`ExtractError::TooManyBricks`], [`ExtractError::NoForm`].
 pub fn extract_on_cpu(
     source: &Source<'_>,

@@ -73,7 +73,7 @@ impl Extractor {
     /// mesh's buffers alive.
     ///
     /// # Errors
-    /// [`ExtractError::Iso`], [`ExtractError::Delta`]; [`ExtractError::Slabs`] for a grid that needs more than one slab;
+    /// [`ExtractError::Iso`], [`ExtractError::Epsilon`], [`ExtractError::Delta`]; [`ExtractError::Slabs`] for a grid that needs more than one slab;
     /// [`ExtractError::MeshBuffer`] for more room than the adapter binds; [`ExtractError::Gpu`].
     pub fn encode(
         &self,

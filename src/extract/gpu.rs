@@ -87,8 +87,8 @@ impl Extractor {
     /// for as many active bricks as a surface without many folds has; [`Extractor::prepare_for`] makes room for more.
     ///
     /// # Errors
-    /// [`ExtractError::Gpu`], [`ExtractError::NoForm`], [`ExtractError::Budget`],
-    /// [`ExtractError::Binding`], [`ExtractError::TooManyBricks`].
+    /// [`ExtractError::Gpu`], [`ExtractError::NoForm`], [`ExtractError::TooManyParameters`], [`ExtractError::FieldData`],
+    /// [`ExtractError::Budget`], [`ExtractError::Binding`], [`ExtractError::TooManyBricks`].
     pub fn prepare(&self, source: &Source<'_>, memory_budget: u64) -> Result<Workspace, ExtractError> {
         let options = Options { memory_budget, ..Options::new(0.0) };
         Ok(self.prepare_cut(source, &options, self.most(source, &options), None)?.0)

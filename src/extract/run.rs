@@ -134,7 +134,8 @@ impl Extractor {
     /// wait for one of them.
     ///
     /// # Errors
-    /// [`ExtractError::Busy`], [`ExtractError::OtherSource`], [`ExtractError::Iso`], [`ExtractError::Delta`], [`ExtractError::Gpu`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
+    /// [`ExtractError::Busy`], [`ExtractError::OtherSource`], [`ExtractError::Iso`], [`ExtractError::Epsilon`], [`ExtractError::Delta`], [`ExtractError::NoForm`],
+    /// [`ExtractError::TooManyParameters`], [`ExtractError::TooManyBricks`], [`ExtractError::Gpu`], [`ExtractError::Budget`], [`ExtractError::TooLarge`],
     /// [`ExtractError::Slots`], [`ExtractError::Runaway`]; [`ExtractError::Binding`] if a slab's part of the mesh is more than
     /// the adapter binds; [`ExtractError::MeshBuffer`] if the whole is more than a buffer of it.
     pub fn extract_in(

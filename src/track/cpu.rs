@@ -31,7 +31,7 @@ const REACHED_BYTES: usize = 16;
 /// The first report's `active_bricks` are those reached, and `non_finite` counts the samples of these alone.
 ///
 /// # Errors
-/// [`TrackError`]; among [`TrackError::Extract`]: [`Iso`](crate::extract::ExtractError::Iso), [`Delta`](crate::extract::ExtractError::Delta),
+/// [`TrackError`]; among [`TrackError::Extract`]: [`Iso`](crate::extract::ExtractError::Iso), [`Epsilon`](crate::extract::ExtractError::Epsilon), [`Delta`](crate::extract::ExtractError::Delta),
 /// [`Budget`](crate::extract::ExtractError::Budget), [`TooLarge`](crate::extract::ExtractError::TooLarge), [`TooManyBricks`](crate::extract::ExtractError::TooManyBricks), [`NoForm`](crate::extract::ExtractError::NoForm).
 pub fn track(
     source: &Source<'_>,

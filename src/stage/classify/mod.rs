@@ -48,7 +48,7 @@ impl Classify {
     /// Compiles the kernel for a source of samples.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, samples: Samples<'_>, method: Method) -> Result<Self, GpuError> {
         Ok(Self(Kernel::new(gpu, &shaders::classify(samples, method, gpu.form()), "classify", &[])?))
     }
@@ -57,7 +57,7 @@ impl Classify {
     /// `by_planes`, for grids along the world's axes, by the field's parts.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn sampling(gpu: &Gpu, wgsl: &Wgsl, by_planes: bool) -> Result<Self, GpuError> {
         let source = shaders::classify_sampling(wgsl, gpu.form(), by_planes);
         Ok(Self(Kernel::new(gpu, &source, "classify", &[])?))

@@ -45,7 +45,7 @@ impl Bounds {
     /// Compiles the kernel, if the field has intervals.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, wgsl: &Wgsl) -> Result<Option<Self>, GpuError> {
         let Some(source) = shaders::bounds(wgsl) else { return Ok(None) };
         let kernel = |entry, side| Kernel::new(gpu, &source, entry, &[("side", f64::from(side))]);
@@ -56,7 +56,7 @@ impl Bounds {
         }))
     }
 
-    /// Words of the lists of boxes for slabs of so many bricks, no one of which has more along an axis than `extent`.
+    /// Words of the lists of boxes for slabs that have at most `extent` bricks along the axes.
     pub fn list_words(extent: glam::UVec3) -> u64 {
         let boxes = |side| extent.to_array().map(|n| u64::from(n.div_ceil(side))).iter().product::<u64>();
         boxes(SIDES[0]) + boxes(SIDES[1])
@@ -87,7 +87,7 @@ impl Range {
     /// Compiles the kernel for a source of samples.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, samples: Samples<'_>) -> Result<Self, GpuError> {
         Ok(Self(Kernel::new(gpu, &shaders::cull(samples), "range", &[])?))
     }
@@ -102,7 +102,7 @@ impl Cull {
     /// Compiles the kernels.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         // These kernels read no samples.
         let source = shaders::cull(Samples::Volume(Scalar::F32));

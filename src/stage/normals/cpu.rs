@@ -10,10 +10,10 @@ use rayon::prelude::*;
 /// What the words of a mark are, but for the code of its edge and the sum of neighbours: as floats they lie
 /// far above 1, so that no normal is taken for one.
 const MARK: u32 = 0x6000_0000;
-/// Normals are summed in these parts of 1. A vertex lies in four cells and so in at most 20 triangles: a sum
-/// of 40 is below 2²⁴, a whole number as a float.
+/// Normals are summed in these parts of 1. A vertex lies in at most 24 triangles (by mc33 six in each of four cells; by mc 14, by mt 12): a
+/// sum of 48 is below 2²⁴, a whole number as a float.
 const PARTS: f32 = 262_144.0;
-/// What rounding can make of 40 normals that cancel lies below.
+/// What rounding can make of 48 normals that cancel lies below.
 const LEAST_SUM: f32 = 32.0;
 /// Triangles whose sums are gathered at once.
 const BLOCK: usize = 1 << 16;

@@ -30,7 +30,7 @@ impl Normals {
     /// Compiles the kernels.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let source = shaders::normals();
         Ok(Self {

@@ -34,7 +34,7 @@ impl Samplers {
     /// The kernel for a grid; `is_aligned` says whether its axes are the world's.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn get(&self, gpu: &Gpu, is_aligned: bool) -> Result<Arc<Sample>, GpuError> {
         self.kernels.get(is_aligned, || match is_aligned {
             true => Sample::by_planes(gpu, &self.wgsl),
@@ -51,7 +51,7 @@ impl Sample {
     /// Compiles the kernel.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, wgsl: &Wgsl) -> Result<Self, GpuError> {
         Ok(Self(Kernel::new(gpu, &shaders::sample(wgsl), "sample", &[])?))
     }
@@ -59,7 +59,7 @@ impl Sample {
     /// Compiles the kernel for grids along the world's axes, that of [`Sample::new`] for fields without parts for it.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn by_planes(gpu: &Gpu, wgsl: &Wgsl) -> Result<Self, GpuError> {
         match shaders::sample_planes(wgsl, gpu.form()) {
             Some(source) => Ok(Self(Kernel::new(gpu, &source, "sample", &[])?)),

@@ -42,7 +42,7 @@ impl Scan {
     /// Compiles the kernels.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Limits`], [`GpuError::FieldWgsl`], [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn new(gpu: &Gpu, scanned: Scanned) -> Result<Self, GpuError> {
         let source = shaders::scan(scanned, gpu.scan_form());
         let (group, run) = group_and_run(gpu.scan_form());

@@ -1,4 +1,4 @@
-//! CPU twin of `emit_indices` in `shaders/emit.wgsl`.
+//! CPU twin of `emit_indices` in `shaders/emit/rows.wgsl` and `shaders/emit/cells.wgsl`.
 //!
 //! Where the shader looks up the number of every edge of every triangle, the twin first numbers the edges
 //! of a brick's cells, row by row, and then reads the numbers.

@@ -1,4 +1,4 @@
-//! CPU twin of `emit_vertices` in `shaders/emit.wgsl`.
+//! CPU twin of `emit_vertices` in `shaders/emit/cubes.wgsl` and `shaders/emit/tetrahedra.wgsl`.
 //!
 //! Where the shader gives a vertex to an invocation, the twin gathers the crossings of a brick into
 //! arrays, `LANES` at a time, and the arithmetic of the shader runs over the arrays.
