@@ -56,6 +56,7 @@ pub mod field;
 pub mod gpu;
 pub mod graph;
 pub mod grid;
+mod memory;
 pub mod mesh;
 pub mod octree;
 pub mod refine;

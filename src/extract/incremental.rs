@@ -8,6 +8,7 @@ use crate::field::differences::Normals;
 use crate::field::{Field, NoForm, Sense};
 use crate::graph::GraphField;
 use crate::grid::Grid;
+use crate::memory;
 use crate::mesh::{Mesh, Vertex};
 use crate::stage::cull::bounds::{Culled, cull_changed};
 use crate::stage::emit::cpu::renumber_brick;
@@ -263,8 +264,7 @@ impl<'a> Run<'a> {
         self.clock.lap(at::SCAN);
 
         let kept = kept;
-        let mut mesh =
-            Mesh { vertices: bytemuck::zeroed_vec(vertices), triangles: bytemuck::zeroed_vec(triangles) };
+        let mut mesh = Mesh { vertices: memory::zeroed(vertices), triangles: memory::zeroed(triangles) };
         let singular = tasks(&kept.counts, 0..kept.bricks.len(), &mut mesh.vertices, &mut mesh.triangles)
             .into_par_iter()
             .map(|task| {

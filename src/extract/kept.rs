@@ -1,6 +1,7 @@
 //! The bricks that hold surface, between the CPU's stages: their records, and tasks over them.
 
 use super::ExtractError;
+use crate::memory;
 use crate::mesh::Vertex;
 use crate::stage::classify::BrickRecord;
 use crate::stage::scan::cpu::scan;
@@ -18,7 +19,7 @@ pub(super) fn resize<T: bytemuck::Zeroable + Copy>(items: &mut Vec<T>, length: u
     if length > items.capacity() {
         // The old memory first: both together may be too much.
         *items = Vec::new();
-        *items = bytemuck::zeroed_vec(length);
+        *items = memory::zeroed(length);
     } else {
         items.resize(length, T::zeroed());
     }

@@ -2,6 +2,7 @@
 
 use super::Form;
 use super::loss::State;
+use crate::memory;
 use bytemuck::Pod;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -367,7 +368,7 @@ impl Gpu {
         if needed > source.size() {
             return Err(GpuError::Range { what: "reading", needed, has: source.size() });
         }
-        let mut items = bytemuck::zeroed_vec(count as usize);
+        let mut items = memory::zeroed(count as usize);
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut items);
         let length = bytes.len() as u64;
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;

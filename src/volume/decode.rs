@@ -2,6 +2,7 @@
 
 use super::error::OpenError;
 use super::values::{Sample, Values, each_type};
+use crate::memory;
 use rayon::prelude::*;
 use std::fmt;
 use std::io::{self, Read};
@@ -298,7 +299,9 @@ pub(super) fn append(bytes: &[u8], coding: &Coding, values: &mut Values, count: 
 /// Grows `values` by `more`, or says that memory is short.
 pub(super) fn grow(file: &Path, dims: [u64; 3], values: &mut Values, more: usize) -> Result<(), OpenError> {
     each_type!(Values, values, samples => samples.try_reserve(more))
-        .map_err(|_| OpenError::no_memory(file, dims))
+        .map_err(|_| OpenError::no_memory(file, dims))?;
+    each_type!(Values, values, samples => memory::prefer_huge_pages(samples));
+    Ok(())
 }
 
 /// Reads `dims` values from `reader` through a bounded buffer.

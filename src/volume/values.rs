@@ -1,6 +1,7 @@
 //! The samples of a volume in memory, in the type that its file has them in.
 
 use super::decode::Scalar;
+use crate::memory;
 use bytemuck::Pod;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -129,7 +130,7 @@ impl Values {
 
     /// A copy of all samples as `f32`.
     pub fn to_f32(&self) -> Vec<f32> {
-        let mut numbers = vec![0.0; self.len()];
+        let mut numbers = memory::zeroed(self.len());
         numbers.par_chunks_mut(CHUNK).enumerate().for_each(|(i, numbers)| {
             let range = CHUNK * i..CHUNK * i + numbers.len();
             self.as_slice().range(range).write_f32(numbers);
