@@ -13,6 +13,7 @@ use crate::stage::trilinear::Corners;
 use crate::table::MARCHING_CUBES;
 use crate::table::mc33::{FIRST_CENTRE, MC33};
 use multiversion::multiversion;
+use std::sync::LazyLock;
 
 /// Where the bricks beside a brick lie in the sorted list of bricks with surface. It stands for the shader's brick map:
 /// nothing of it is as large as the grid.
@@ -122,6 +123,24 @@ const EDGES: [u32; 16] = {
     places
 };
 
+/// The corners of a case's triangles as places from that of the cell, wound as the table has them and the other way round; the last
+/// word says how many triangles there are.
+static CORNERS: LazyLock<[[[u16; 16]; 256]; 2]> = LazyLock::new(|| {
+    [false, true].map(|mirrored| {
+        std::array::from_fn(|case| {
+            let case = case as u8;
+            let mut words = [0; 16];
+            let count = MARCHING_CUBES.triangle_count(case);
+            for (i, corners) in (0..count).zip(words.as_chunks_mut().0) {
+                let [a, b, c] = MARCHING_CUBES.triangle(case, i).map(|edge| EDGES[edge as usize] as u16);
+                *corners = if mirrored { [a, c, b] } else { [a, b, c] };
+            }
+            words[15] = count as u16;
+            words
+        })
+    })
+});
+
 impl Default for EdgeNumbers {
     fn default() -> Self {
         Self::new()
@@ -134,10 +153,16 @@ impl EdgeNumbers {
         Self(Box::new([0; 4096]), Vec::new())
     }
 
-    /// The number on an edge (the low four bits of `edge`) of the cell at `place`.
+    /// The number on an edge of the cell at `place`.
     #[inline(always)]
-    fn of(&self, place: u32, edge: u64) -> u32 {
-        self.0[(place + EDGES[(edge & 15) as usize]) as usize % 4096]
+    fn of(&self, place: u32, edge: u32) -> u32 {
+        self.0[(place + EDGES[edge as usize]) as usize % 4096]
+    }
+
+    /// The numbers at a triangle's corners, of the cell at `place`.
+    #[inline(always)]
+    fn triangle(&self, place: u32, corners: [u16; 3]) -> [u32; 3] {
+        corners.map(|corner| self.0[(place + u32::from(corner)) as usize % 4096])
     }
 
     #[inline(always)]
@@ -238,7 +263,7 @@ pub fn emit_indices_mc33(
         for (i, triangle) in (0..entry.triangle_count()).zip(left) {
             let [a, b, c] = entry.triangle(i).map(|corner| match corner.checked_sub(FIRST_CENTRE) {
                 Some(centre) => end - 1 - centre,
-                None => numbers.of(place, corner.into()),
+                None => numbers.of(place, corner),
             });
             *triangle = if params.mirrored == 1 { [a, c, b] } else { [a, b, c] };
         }
@@ -259,7 +284,7 @@ fn indices(
     triangles: &mut [[u32; 3]],
     mut of_cell: impl FnMut(u8, [usize; 3], &EdgeNumbers, &mut [[u32; 3]]) -> Option<usize>,
 ) {
-    let table = &*MARCHING_CUBES;
+    let table = &CORNERS[params.mirrored as usize & 1];
     let rows = beside.inside_rows();
     numbers.fill(beside);
     let mut left = triangles;
@@ -276,23 +301,19 @@ fn indices(
                 continue;
             }
             let place = ROW * (cell / 8 + 9 * z as u32) + cell % 8;
-            let packed = table.packed(case);
-            let count = (packed & 15) as usize;
-            let mut edges = packed >> 4;
-            let mut next = || {
-                let [a, b, c] =
-                    [numbers.of(place, edges), numbers.of(place, edges >> 4), numbers.of(place, edges >> 8)];
-                edges >>= 12;
-                if params.mirrored == 1 { [a, c, b] } else { [a, b, c] }
-            };
+            let words = &table[case as usize];
+            let (corners, count) = (words.as_chunks().0, usize::from(words[15]));
             // Most cells have one or two triangles: two are written without asking, and the second
             // is overwritten by the next cell where it is none of this one's.
             if count <= 2
                 && let Some(two) = left.first_chunk_mut()
             {
-                *two = [next(), next()];
+                *two = [0, 1].map(|i| numbers.triangle(place, corners[i]));
             } else {
-                left.iter_mut().take(count).for_each(|triangle| *triangle = next());
+                let own = corners.iter().take(count);
+                left.iter_mut()
+                    .zip(own)
+                    .for_each(|(triangle, &own)| *triangle = numbers.triangle(place, own));
             }
             let done = count.min(left.len());
             left = std::mem::take(&mut left).split_at_mut(done).1;
