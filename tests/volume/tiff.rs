@@ -181,6 +181,7 @@ fn imagej_gives_spacing() {
         let file = Tiff { description: Some(description.as_bytes().to_vec()), ..file.clone() };
         let opened = open_bytes("a.tif", &file.bytes()).unwrap();
         assert!(opened.notes.concat().contains(by), "{:?}", opened.notes);
+        assert_plain_grid(&opened, [0.0; 3], [1.0; 3]);
     }
     // No spacing along z.
     let file = Tiff { resolution: Some([4, 1]), ..Tiff::imagej("images=3\n") };
@@ -347,4 +348,82 @@ fn tiles_big_offsets_and_lzw() {
     let opened = open(&data.join("lzw.tif")).unwrap();
     assert_eq!(opened.volume.grid().points().to_array(), [37, 20, 3]);
     assert_values(&opened, &values(|x, y, z| 0.5 * x + y - 0.25 * z));
+}
+
+/// Pages of a file with such a description, 4 × 5 samples each; those of page i are i.
+fn ome(pages: u16, attributes: &str, inner: &str, more: &str) -> Opened {
+    let text = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?><OME xmlns=\"http://www.openmicroscopy.org/Schemas/OME/2016-06\">\
+         <Image ID=\"Image:0\"><Pixels SizeX=\"5\" SizeY=\"4\" Type=\"uint16\" {attributes}>{inner}</Pixels></Image>{more}</OME>"
+    );
+    let mut file = Tiff::imagej("");
+    file.description = Some(text.into_bytes());
+    file.pages = (0..pages).map(|i| i.to_be_bytes().repeat(20)).collect();
+    open_bytes("a.ome.tif", &file.bytes()).unwrap()
+}
+
+/// Which page each slice is.
+fn slices(opened: &Opened) -> Vec<f32> {
+    let points = opened.volume.grid().points();
+    (0..points.z).map(|z| opened.volume.values().get((20 * z) as usize)).collect()
+}
+
+#[test]
+fn ome_xml_says_which_pages_are_slices_and_how_large_voxels_are() {
+    let sizes = "SizeZ='3' SizeC='2' SizeT='2' PhysicalSizeX='0.5' PhysicalSizeY='0.25' PhysicalSizeZ='3'";
+    for (order, pages) in [
+        ("XYZCT", [0.0, 1.0, 2.0]),
+        ("XYZTC", [0.0, 1.0, 2.0]),
+        ("XYCZT", [0.0, 2.0, 4.0]),
+        ("XYTZC", [0.0, 2.0, 4.0]),
+        ("XYCTZ", [0.0, 4.0, 8.0]),
+        ("XYTCZ", [0.0, 4.0, 8.0]),
+    ] {
+        let opened = ome(12, &format!("DimensionOrder='{order}' {sizes}"), "<TiffData/>", "");
+        assert_eq!(slices(&opened), pages, "{order}");
+        assert_plain_grid(&opened, [0.0; 3], [0.5, 0.25, 3.0]);
+        let notes = opened.notes.concat();
+        assert!(
+            notes.contains("2 channels") && notes.contains("2 frames") && opened.notes.len() == 2,
+            "{notes}"
+        );
+    }
+    // One channel and frame, and other units; each page is named.
+    let sizes = "SizeZ='3' SizeC='1' SizeT='1' PhysicalSizeX='500' PhysicalSizeXUnit='nm' PhysicalSizeY='0.5' \
+                 PhysicalSizeZ='2e-6' PhysicalSizeZUnit='m'";
+    let named: String =
+        (0..3).map(|z| format!("<TiffData IFD='{z}' FirstZ='{z}' PlaneCount='1'/>")).collect();
+    let opened = ome(3, &format!("DimensionOrder='XYCZT' {sizes}"), &named, "");
+    assert_plain_grid(&opened, [0.0; 3], [500.0, 500.0, 2000.0]);
+    assert_eq!((slices(&opened), opened.notes.len()), (vec![0.0, 1.0, 2.0], 0));
+    // A second image behind the first.
+    let opened = ome(5, &format!("DimensionOrder='XYZCT' {sizes}"), "", "<Image ID='Image:1'/>");
+    assert_eq!(slices(&opened), [0.0, 1.0, 2.0]);
+    assert!(opened.notes.concat().contains("2 images"), "{:?}", opened.notes);
+}
+
+/// What does not fit its pages is told, and all pages are slices.
+#[test]
+fn ome_xml_that_does_not_fit() {
+    let plain = "DimensionOrder='XYZCT' SizeC='1' SizeT='1'";
+    for (attributes, inner, words) in [
+        (format!("{plain} SizeZ='4'"), "", "not those"),
+        (format!("{plain} SizeZ='3'"), "<TiffData IFD='0' FirstZ='1'/>", "in another order"),
+        (format!("{plain} SizeZ='18446744073709551615'"), "", "not those"),
+        (format!("{plain} SizeZ='0'"), "", "damaged"),
+        ("DimensionOrder='XYZZT' SizeZ='1' SizeC='1' SizeT='3'".to_owned(), "", "damaged"),
+        ("DimensionOrder='XYZCT' SizeZ='1' SizeC='3' SizeT='1'".to_owned(), "", "one z"),
+        (format!("{plain} SizeZ='3' x"), "", "damaged"),
+        (format!("{plain} SizeZ='3' PhysicalSizeX='-1'"), "", "no size along x"),
+        (
+            format!("{plain} SizeZ='3' PhysicalSizeX='2' PhysicalSizeY='2' PhysicalSizeYUnit='pixel'"),
+            "",
+            "along y in pixel",
+        ),
+    ] {
+        let opened = ome(3, &attributes, inner, "");
+        assert_eq!(slices(&opened), [0.0, 1.0, 2.0], "{attributes}");
+        assert!(opened.notes.concat().contains(words), "{attributes}: {:?}", opened.notes);
+        assert_eq!(opened.volume.grid().step().col(1).y, 1.0);
+    }
 }

@@ -1,6 +1,6 @@
 //! ImageJ's description of a stack.
 
-use super::{Pages, Stack, failed, find_list};
+use super::{Pages, Stack, find_list};
 use crate::volume::error::OpenError;
 use crate::volume::source::Placement;
 use glam::{DMat3, DVec3, Vec3};
@@ -19,33 +19,12 @@ pub(super) struct ImageJ {
 }
 
 impl ImageJ {
-    /// Notes say where another program describes the stack, whose words are not understood.
-    pub fn of(
-        path: &Path,
-        pages: &mut Pages,
-        len: u64,
-        notes: &mut Vec<String>,
-    ) -> Result<Option<Self>, OpenError> {
-        let entry = pages.image_ifd().directory().get(Tag::ImageDescription).map(|entry| entry.count());
-        let Some(count) = entry else { return Ok(None) };
-        // A description is text of a few lines; the rest of a longer one is of no use here.
-        let mut bytes = vec![0; count.min(len).min(1 << 16) as usize];
-        let read = pages.image_ifd().find_tag_bytes(Tag::ImageDescription, &mut bytes, 0);
-        let got = read.map_err(|e| failed(path, 0, e))?.unwrap_or(0).min(bytes.len());
-        let text = String::from_utf8_lossy(&bytes[..got]);
+    /// `None` where `text`, the description, is another program's.
+    pub fn of(path: &Path, text: &str, pages: &mut Pages) -> Result<Option<Self>, OpenError> {
         if !text.starts_with("ImageJ=") {
-            let by = match text.trim_start() {
-                text if text.contains("<OME") => Some("OME-XML"),
-                text if text.starts_with("{\"shape\"") => Some("tifffile"),
-                _ => None,
-            };
-            notes.extend(by.map(|by| {
-                format!("the stack is described by {by}, which is not read: all pages are taken as slices, and its spacing is left out")
-            }));
             return Ok(None);
         }
         let lines = text
-            .trim_end_matches('\0')
             .lines()
             .filter_map(|line| line.split_once('=').map(|(k, v)| (k.trim().to_owned(), v.trim().to_owned())))
             .collect();

@@ -2,6 +2,7 @@
 
 mod directory;
 mod imagej;
+mod ome;
 
 use crate::grid::Grid;
 use crate::volume::decode::{Coding, Endian, Loss, Scalar, append, grow, read_values};
@@ -11,6 +12,7 @@ use crate::volume::source::{Placement, Source, layout};
 use crate::volume::{OpenOptions, Opened, Values, opened};
 use glam::{DMat3, DVec3};
 use imagej::ImageJ;
+use ome::Ome;
 use std::fs::File;
 use std::io::{BufReader, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -122,7 +124,15 @@ fn head(path: &Path, options: &OpenOptions) -> Result<Head, OpenError> {
     let mut pages = Decoder::new(source.reader).map_err(|e| failed(path, 0, e))?.with_limits(limits);
 
     let first = Page::of(path, 0, &mut pages)?;
-    let imagej = ImageJ::of(path, &mut pages, len, &mut notes)?;
+    let text = description(path, &mut pages, len)?;
+    let imagej = ImageJ::of(path, &text, &mut pages)?;
+    let ome = Ome::of(&text, &mut notes);
+    if text.starts_with("{\"shape\"") {
+        notes.push(
+            "tifffile's description of the stack is not read: all pages are taken as slices, with spacing 1"
+                .to_owned(),
+        );
+    }
     let mut count = 1_u64;
     while pages.more_images() {
         pages.next_image().map_err(|e| failed(path, count, e))?;
@@ -158,6 +168,10 @@ fn head(path: &Path, options: &OpenOptions) -> Result<Head, OpenError> {
         place = imagej.placement(options.spacing, &mut notes);
         (slope, intercept) = imagej.calibration(&mut notes);
     }
+    if let Some(ome) = &ome {
+        stack = ome.stack(count, &mut notes);
+        place = ome.placement(&mut notes);
+    }
 
     let dims = [first.width, first.height, stack.slices];
     let endian = if pages.byte_order() == ByteOrder::BigEndian { Endian::Big } else { Endian::Little };
@@ -179,6 +193,15 @@ fn head(path: &Path, options: &OpenOptions) -> Result<Head, OpenError> {
     }
 
     Ok(Head { pages, page: first, stack, contiguous, grid, coding, coding_in_file, len, need, notes })
+}
+
+/// The description of the first page, which is empty where there is none. More than 16 MB are of no use here.
+fn description(path: &Path, pages: &mut Pages, len: u64) -> Result<String, OpenError> {
+    let entry = pages.image_ifd().directory().get(Tag::ImageDescription).map(|entry| entry.count());
+    let mut bytes = vec![0; entry.unwrap_or(0).min(len).min(1 << 24) as usize];
+    let read = pages.image_ifd().find_tag_bytes(Tag::ImageDescription, &mut bytes, 0);
+    let got = read.map_err(|e| failed(path, 0, e))?.unwrap_or(0).min(bytes.len());
+    Ok(String::from_utf8_lossy(&bytes[..got]).trim_end_matches('\0').to_owned())
 }
 
 /// How the values of pages come from the crate.
