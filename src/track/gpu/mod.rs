@@ -106,7 +106,7 @@ impl Extractor {
             match made {
                 // The scratch left too little: once more, with what all else leaves.
                 Err(TrackError::Extract(ExtractError::Budget { what: of, needed, .. }))
-                    if needed - space.plan.bytes > beside =>
+                    if needed.saturating_sub(space.plan.bytes) > beside =>
                 {
                     (what, beside, scratch) = (of, needed - space.plan.bytes, space.plan.bytes);
                 }
