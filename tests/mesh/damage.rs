@@ -135,6 +135,12 @@ fn lying_counts_and_indices() {
         ", line 2: face 0: \"99999999999999999999\" is not the number of a vertex."
     );
     assert_eq!(obj("v 0 0\n"), ", line 1: three numbers expected, found fewer.");
+    assert_eq!(
+        obj("# of the web\n<html>\n<p>v 0 0 0</p>\n</html>\n"),
+        ", line 2: \"<html>\" begins no statement of OBJ, and no line has one: v, vn, vt or f expected."
+    );
+    // A word may be as long as the file.
+    assert!(obj(&"x".repeat(1 << 20)).len() < 200);
 
     let ply = |from: &str, to: &str| folder.fault("ply", PLY.replace(from, to));
     assert_eq!(ply("3 0 1 2", "3 0 1 3"), ": face 0 names vertex 3, but there are 3.");

@@ -113,5 +113,10 @@ fn empty_files_are_damage() {
     for ending in ["off", "ply", "stl", "glb"] {
         assert!(from(ending, b"\n\n").is_err(), "{ending}");
     }
-    assert_eq!(from("obj", b"# nothing\n").unwrap(), Contents::default());
+    // Statements that are not read, and words beside them that are none, make no mesh, either.
+    for text in
+        ["# nothing\n", "\n\n", "#\n\t# a\n", "mtllib a.mtl\n", "<a>\ncstype bezier\n", "vt 0 0\nwhat 1\n"]
+    {
+        assert_eq!(from("obj", text.as_bytes()).unwrap(), Contents::default(), "{text:?}");
+    }
 }

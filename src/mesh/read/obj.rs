@@ -13,6 +13,11 @@ use super::polygon::Faces;
 use super::{Contents, Fault, countable, text, three};
 use crate::mesh::Vertex;
 
+/// The statements that are skipped, those of free-form surfaces and the superseded ones among them: a file without any
+/// statement is no OBJ.
+const SKIPPED: &str = "vt g s o usemtl mtllib l p mg usemap maplib vp cstype deg bmat step curv curv2 surf parm trim hole \
+    scrv sp end con bevel c_interp d_interp lod shadow_obj trace_obj ctech stech call csh bsp bzp cdc cdp res";
+
 #[derive(Default)]
 struct Obj {
     vertices: Vec<Vertex>,
@@ -35,6 +40,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Contents, Fault> {
     // Corners may come before their vertices, so normals wait until all are there.
     let mut corners: Vec<(u32, u32)> = Vec::new();
     let mut face = Vec::new();
+    // The first line that is no statement, and whether any is one.
+    let (mut stranger, mut has_skipped) = (None, false);
     while let Some((number, line)) = lines.next() {
         let mut line = Cow::Borrowed(line);
         // Appended in place: files have lines of any number of pieces.
@@ -61,8 +68,22 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Contents, Fault> {
                 obj.faces.add(&face);
                 obj.begun += 1;
             }
+            Some(word) if SKIPPED.split(' ').any(|skipped| skipped == word) => has_skipped = true,
+            Some(word) if !word.starts_with('#') && stranger.is_none() => {
+                stranger = Some((number, word.chars().take(40).collect::<String>()));
+            }
             _ => {}
         }
+    }
+    if let Some((number, word)) = stranger
+        && !has_skipped
+        && obj.vertices.is_empty()
+        && obj.normals.is_empty()
+        && obj.begun == 0
+    {
+        let what =
+            format!("{word:?} begins no statement of OBJ, and no line has one: v, vn, vt or f expected");
+        return Err(Fault::at(number, what));
     }
     obj.finish(&corners)
 }
