@@ -247,10 +247,10 @@ fn check_targets(args: &ExtractArgs) -> Result<(), Failure> {
         }
         write::check_target(path).map_err(Failure::run)?;
     }
-    if let Some(path) = &args.png {
-        if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png")) {
-            return Err(Failure::usage(format!("--png {}: a picture's name ends in .png", path.display())));
-        }
+    if let Some(path) = &args.png
+        && path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("png"))
+    {
+        return Err(Failure::usage(format!("--png {}: a picture's name ends in .png", path.display())));
     }
     picture::check(&args.picture, args.png.as_deref(), args.output.as_deref())?;
     let inputs: Vec<&Path> = [Some(&args.source.source), args.colour.color_by.as_ref()]
