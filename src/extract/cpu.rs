@@ -1,6 +1,6 @@
 //! What the CPU path is made of: the twins of every stage on all cores, bricks by tasks.
 
-use super::kept::{KEPT_BYTES, Kept, TASK, Task, resize, tasks};
+use super::kept::{KEPT_BYTES, Kept, TASK, Task, mesh_bytes, resize, tasks};
 use super::{ExtractError, Options, STAGES, Source, check, stage_index as at};
 use crate::field::differences::Normals;
 use crate::field::{Field, NoForm, Sense};
@@ -38,7 +38,7 @@ pub(crate) struct Job<'a> {
     normals: Normals,
     memory_budget: u64,
     /// Bytes that the caller holds beside the records and the mesh.
-    pub(crate) held_bytes: usize,
+    pub(crate) held_bytes: u64,
     /// The pruned fields of blocks, those of them that have one.
     pub(crate) fields: BlockFields,
 }
@@ -76,8 +76,8 @@ impl<'a> Job<'a> {
     }
 
     /// Whether so many bytes fit beside those that are held.
-    pub(crate) fn budget(&self, what: &'static str, bytes: usize) -> Result<(), ExtractError> {
-        let (needed, budget) = ((self.held_bytes + bytes) as u64, self.memory_budget);
+    pub(crate) fn budget(&self, what: &'static str, bytes: u64) -> Result<(), ExtractError> {
+        let (needed, budget) = (self.held_bytes + bytes, self.memory_budget);
         if needed > budget { Err(ExtractError::Budget { what, needed, budget }) } else { Ok(()) }
     }
 
@@ -124,7 +124,7 @@ impl<'a> Job<'a> {
         let classified = active.par_chunks(TASK).map(|bricks| {
             let kept = self.classify(bricks, |_, _| {})?;
             let all = found.fetch_add(kept.bricks.len(), Ordering::Relaxed) + kept.bricks.len();
-            self.budget(RECORDS, all * KEPT_BYTES)?;
+            self.budget(RECORDS, all as u64 * KEPT_BYTES)?;
             done.add(bricks.len());
             Ok(kept)
         });
@@ -145,7 +145,7 @@ impl<'a> Job<'a> {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<(), ExtractError> {
         let count = kept.bricks.len();
-        if self.budget(RECORDS, count * KEPT_BYTES).is_err() {
+        if self.budget(RECORDS, count as u64 * KEPT_BYTES).is_err() {
             // Bricks with NaN may be many, and have no surface.
             let active = std::mem::take(&mut kept.bricks);
             return self.classify_all(&active, kept, progress);
@@ -191,8 +191,7 @@ impl<'a> Job<'a> {
         clock: &mut Clock,
     ) -> Result<u64, ExtractError> {
         let [vertices, triangles] = kept.totals()?;
-        let mesh_bytes = vertices * size_of::<Vertex>() + triangles * 12;
-        let peak_bytes = kept.bricks.len() * KEPT_BYTES + mesh_bytes;
+        let peak_bytes = kept.bytes() + mesh_bytes(vertices, triangles);
         self.budget(MESH, peak_bytes)?;
         kept.scan();
         clock.lap(at::SCAN);
@@ -207,7 +206,7 @@ impl<'a> Job<'a> {
             average(&self.params, &mut mesh.vertices);
             clock.lap(at::NORMALS);
         }
-        Ok((self.held_bytes + peak_bytes) as u64)
+        Ok(self.held_bytes + peak_bytes)
     }
 
     /// emit for some of the slots of `kept`, whose counts have become offsets, into vertices and triangles that are as many as

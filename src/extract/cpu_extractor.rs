@@ -1,7 +1,7 @@
 //! The CPU path: the twins of every stage, end to end.
 
 use super::cpu::{BRICKS, Clock, Job};
-use super::kept::{KEPT_BYTES, Kept};
+use super::kept::Kept;
 use super::{ExtractError, Options, Report, Source, stage_index as at};
 use crate::mesh::Mesh;
 use crate::stage::cull::bounds::{Culled, cull_field};
@@ -83,11 +83,11 @@ impl CpuExtractor {
     ) -> Result<Report, ExtractError> {
         let mut job = Job::new(source, options)?;
         let mut clock = Clock::start();
-        let bricks = job.params.slab_bricks as usize;
+        let bricks = u64::from(job.params.slab_bricks);
         // A volume has a table of ranges. The list of active bricks may have all; of a culled field it follows the surface.
-        const LISTED: usize = size_of::<u32>();
+        const LISTED: u64 = size_of::<u32>() as u64;
         job.held_bytes = match source {
-            Source::Volume(volume) => volume.bytes() as usize + bricks * (8 + LISTED),
+            Source::Volume(volume) => volume.bytes() + bricks * (8 + LISTED),
             Source::Field(..) if options.cull => 0,
             Source::Field(..) => bricks * LISTED,
         };
@@ -112,7 +112,7 @@ impl CpuExtractor {
                     false => Culled { active: (0..bricks as u32).collect(), ..Culled::default() },
                 };
                 job.fields = culled.fields;
-                job.held_bytes = culled.active.len() * LISTED;
+                job.held_bytes = culled.active.len() as u64 * LISTED;
                 job.budget(BRICKS, 0)?;
                 clock.lap(at::CULL);
                 job.classify_all(&culled.active, kept, progress)?;
@@ -125,13 +125,13 @@ impl CpuExtractor {
         Ok(Report {
             vertices: self.mesh.vertices.len() as u64,
             triangles: self.mesh.triangles.len() as u64,
-            bricks: bricks as u64,
+            bricks,
             active_bricks: active_bricks as u64,
             non_finite,
             open_edges: None,
             slabs: 1,
             peak_bytes,
-            scratch_bytes: (kept.bricks.len() * KEPT_BYTES) as u64,
+            scratch_bytes: kept.bytes(),
             seconds: clock.seconds,
         })
     }

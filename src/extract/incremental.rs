@@ -2,14 +2,14 @@
 //! triangles are taken over.
 
 use super::cpu::{BRICKS, Clock, Job, MESH, RECORDS, Scratch};
-use super::kept::{KEPT_BYTES, Kept, TASK, tasks};
+use super::kept::{KEPT_BYTES, Kept, TASK, mesh_bytes, tasks};
 use super::{ExtractError, Method, Options, Placement, STAGES, Source, stage_index as at};
 use crate::field::differences::Normals;
 use crate::field::{Field, NoForm, Sense};
 use crate::graph::GraphField;
 use crate::grid::Grid;
 use crate::memory;
-use crate::mesh::{Mesh, Vertex};
+use crate::mesh::Mesh;
 use crate::stage::cull::bounds::{Culled, cull_changed};
 use crate::stage::emit::cpu::renumber_brick;
 use crate::stage::normals::cpu::{add_neighbours, average};
@@ -158,7 +158,7 @@ impl<'a> Run<'a> {
 
     fn update(mut self, last: Option<Last>) -> Result<(Last, Update), ExtractError> {
         let params = self.job.params;
-        let bricks = params.slab_bricks as usize;
+        let bricks = u64::from(params.slab_bricks);
         self.job.held_bytes =
             bricks * (8 + 8 + 4) + bricks.div_ceil(8) + last.as_ref().map_or(0, Last::bytes);
         self.job.budget(BRICKS, 0)?;
@@ -171,7 +171,7 @@ impl<'a> Run<'a> {
         let kept_slots = || (0..last.kept.bricks.len()).filter(|&slot| same.has(last.kept.bricks[slot]));
         let kept_bricks = kept_slots().count();
         let mut update = Update {
-            bricks: bricks as u64,
+            bricks,
             dirty_bricks: dirty.len() as u64,
             kept_bricks: kept_bricks as u64,
             ..Update::default()
@@ -180,7 +180,7 @@ impl<'a> Run<'a> {
         let mut non_finite = fresh.non_finite;
         non_finite.extend(last.non_finite.iter().filter(|[brick, _]| same.has(*brick)));
         let last = if dirty.is_empty() && kept_bricks == last.kept.bricks.len() {
-            update.peak_bytes = self.job.held_bytes as u64;
+            update.peak_bytes = self.job.held_bytes;
             Last { graph, non_finite, ..last }
         } else {
             let (kept, from) = joined(&last.kept, kept_slots(), fresh.kept);
@@ -230,7 +230,7 @@ impl<'a> Run<'a> {
                 }
             })?;
             let all = found.fetch_add(fresh.kept.bricks.len(), Ordering::Relaxed) + fresh.kept.bricks.len();
-            self.job.budget(RECORDS, all * KEPT_BYTES)?;
+            self.job.budget(RECORDS, all as u64 * KEPT_BYTES)?;
             Ok(fresh)
         });
         let tasks: Vec<Fresh> = tasks.collect::<Result<_, ExtractError>>()?;
@@ -253,12 +253,10 @@ impl<'a> Run<'a> {
     ) -> Result<(Mesh, Kept, Vec<u32>), ExtractError> {
         let job = &self.job;
         let [vertices, triangles] = kept.totals()?;
-        let needed = kept.bricks.len() * (KEPT_BYTES + 4)
-            + vertices * size_of::<Vertex>()
-            + triangles * 12
-            + last.mesh.vertices.len() * 4;
+        let numbers = 4 * (kept.bricks.len() as u64 + last.mesh.vertices.len() as u64);
+        let needed = kept.bytes() + mesh_bytes(vertices, triangles) + numbers;
         job.budget(MESH, needed)?;
-        *peak_bytes = (job.held_bytes + needed) as u64;
+        *peak_bytes = job.held_bytes + needed;
         kept.scan();
         let numbers = new_numbers(job, last, &kept, from);
         self.clock.lap(at::SCAN);
@@ -317,12 +315,11 @@ impl Last {
         Self { graph: None, settings, kept, mesh: Mesh::default(), non_finite, singular }
     }
 
-    fn bytes(&self) -> usize {
-        self.kept.bricks.len() * KEPT_BYTES
-            + self.mesh.vertices.len() * size_of::<Vertex>()
-            + self.mesh.triangles.len() * 12
-            + self.non_finite.len() * 8
-            + self.singular.len() * 4
+    fn bytes(&self) -> u64 {
+        self.kept.bytes()
+            + mesh_bytes(self.mesh.vertices.len(), self.mesh.triangles.len())
+            + self.non_finite.len() as u64 * 8
+            + self.singular.len() as u64 * 4
     }
 }
 

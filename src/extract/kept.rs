@@ -11,7 +11,12 @@ use std::ops::Range;
 pub(crate) const TASK: usize = 32;
 
 /// Bytes of a brick in [`Kept`].
-pub(crate) const KEPT_BYTES: usize = size_of::<BrickRecord>() + 8 + 4 + 1;
+pub(crate) const KEPT_BYTES: u64 = size_of::<BrickRecord>() as u64 + 8 + 4 + 1;
+
+/// Bytes of a mesh of so many: more than `usize` counts on 32 bits.
+pub(super) fn mesh_bytes(vertices: usize, triangles: usize) -> u64 {
+    vertices as u64 * size_of::<Vertex>() as u64 + triangles as u64 * 12
+}
 
 /// Gives a vector a length, and new memory only where that is more than it had: zeroed pages, which cost nothing until they
 /// are written.
@@ -39,6 +44,11 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
+    /// What the bricks take in memory.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.bricks.len() as u64 * KEPT_BYTES
+    }
+
     pub(super) fn clear(&mut self) {
         self.bricks.clear();
         self.records.clear();

@@ -2,7 +2,7 @@
 
 use super::border::Faces;
 use super::cpu::{Clock, Job};
-use super::kept::{KEPT_BYTES, Kept, TASK};
+use super::kept::{KEPT_BYTES, Kept, TASK, mesh_bytes};
 use super::{ExtractError, Method, Options, Report, stage_index as at};
 use crate::mesh::Vertex;
 use crate::mesh::write::WriteError;
@@ -114,7 +114,7 @@ impl Plan {
         // Records are gathered by tasks and then put together.
         let held = |layers: u32| {
             2 * samples(layers)
-                + layer_bricks * u64::from(layers + 1) * (TABLE_BYTES + 2 * KEPT_BYTES as u64)
+                + layer_bricks * u64::from(layers + 1) * (TABLE_BYTES + 2 * KEPT_BYTES)
                 + mesh_bytes
                 + FILE_BYTES
         };
@@ -270,7 +270,7 @@ impl<'a> Run<'a> {
             let size = |end: usize| [0, 1].map(|i| (offsets[end][i] - offsets[first][i]) as usize);
             let fits = |&end: &usize| {
                 let [vertices, triangles] = size(end);
-                (vertices * size_of::<Vertex>() + triangles * 12) as u64 <= self.plan.mesh_bytes
+                mesh_bytes(vertices, triangles) <= self.plan.mesh_bytes
             };
             // One brick at least.
             let end = (first + 1..=own).take_while(fits).last().unwrap_or(first + 1);

@@ -19,7 +19,7 @@ const TASK: usize = 32;
 /// Points that one task looks at.
 const POINTS: usize = 1 << 12;
 /// Bytes that a brick takes in the set of those reached, about.
-const REACHED_BYTES: usize = 16;
+const REACHED_BYTES: u64 = 16;
 
 /// Tracks the surface from `seeds` by the CPU twins. `progress` hears how much is done, from 0 to 1, in a few steps: how
 /// far the surface goes is not known before.
@@ -42,7 +42,7 @@ pub fn track(
     let mut job = Job::new(source, options)?;
     let mut clock = Clock::start();
     if let Source::Volume(volume) = source {
-        job.held_bytes = volume.bytes() as usize;
+        job.held_bytes = volume.bytes();
     }
     let (starts, mut told) = starts(&job, seeds, options.memory_budget)?;
     progress(0.1);
@@ -51,7 +51,7 @@ pub fn track(
     if let Some(search) = told.search.as_mut().filter(|search| search.by_intervals) {
         search.undecided = search::undecided(&job.params, search.cells, &starts.open, &reached);
     }
-    job.held_bytes += reached.len() * REACHED_BYTES;
+    job.held_bytes += reached.len() as u64 * REACHED_BYTES;
     clock.lap(at::CLASSIFY);
     progress(0.5);
 
@@ -71,7 +71,7 @@ pub fn track(
         open_edges: None,
         slabs: 1,
         peak_bytes,
-        scratch_bytes: (kept.bricks.len() * KEPT_BYTES) as u64,
+        scratch_bytes: kept.bytes(),
         seconds: clock.seconds,
     };
     progress(1.0);
@@ -190,7 +190,7 @@ fn follow(
             all.push(kept);
             frontier.extend(next.into_iter().filter(|&brick| reached.insert(brick)));
         }
-        job.budget(RECORDS, kept_bricks * KEPT_BYTES + reached.len() * REACHED_BYTES)?;
+        job.budget(RECORDS, kept_bricks as u64 * KEPT_BYTES + reached.len() as u64 * REACHED_BYTES)?;
         // In order, rows of bricks can be sampled together.
         frontier.sort_unstable();
     }

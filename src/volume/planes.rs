@@ -106,13 +106,16 @@ impl Planes {
         } else {
             *values = self.coding.none();
         }
-        let count = points.x as usize * points.y as usize;
-        let size = count * self.coding.scalar.size();
-        grow(&self.path, points.to_array().map(u64::from), values, count * planes.len())?;
+        // On 32 bits a plane may be more than there can be in memory.
+        let dims = points.to_array().map(u64::from);
+        let count = dims[0] * dims[1];
+        let size = count * self.coding.scalar.size() as u64;
+        let all = count.checked_mul(planes.len() as u64).and_then(|all| usize::try_from(all).ok());
+        grow(&self.path, dims, values, all.unwrap_or(usize::MAX))?;
         match &self.starts {
             Starts::Together(start) => {
-                let start = start + u64::from(planes.start) * size as u64;
-                self.append(start, size * planes.len(), values)
+                let start = start + u64::from(planes.start) * size;
+                self.append(start, size * planes.len() as u64, values)
             }
             Starts::Each(starts) => {
                 let starts = starts[planes.start as usize..planes.end as usize].to_vec();
@@ -121,16 +124,16 @@ impl Planes {
         }
     }
 
-    fn append(&mut self, start: u64, size: usize, values: &mut Values) -> Result<(), OpenError> {
+    fn append(&mut self, start: u64, size: u64, values: &mut Values) -> Result<(), OpenError> {
         self.file.seek(SeekFrom::Start(start)).map_err(|e| OpenError::reading(&self.path, e))?;
         self.piece.resize(PIECE, 0);
         for first in (0..size).step_by(PIECE) {
-            let piece = &mut self.piece[..PIECE.min(size - first)];
+            let piece = &mut self.piece[..(size - first).min(PIECE as u64) as usize];
             self.file.read_exact(piece).map_err(|e| match e.kind() {
                 // It was long enough when it was opened.
                 ErrorKind::UnexpectedEof => OpenError::Truncated {
                     file: self.path.clone(),
-                    need: start + size as u64,
+                    need: start + size,
                     have: "the file has become shorter meanwhile".to_owned(),
                 },
                 _ => OpenError::reading(&self.path, e),

@@ -24,7 +24,7 @@ const OVERHEAD: u64 = 1 << 16;
 
 /// Whether the file's length fits the format's u32.
 pub(super) fn fits(mesh: &Mesh, extra: &Extra) -> Result<(), String> {
-    let bytes = Parts::of(mesh, extra).total() as u64 + OVERHEAD;
+    let bytes = Parts::of(mesh, extra).total() + OVERHEAD;
     if bytes <= u64::from(u32::MAX) {
         return Ok(());
     }
@@ -33,10 +33,10 @@ pub(super) fn fits(mesh: &Mesh, extra: &Extra) -> Result<(), String> {
 
 /// Bytes of each part of the buffer, in its order.
 struct Parts {
-    vertices: usize,
-    colours: usize,
-    values: usize,
-    indices: usize,
+    vertices: u64,
+    colours: u64,
+    values: u64,
+    indices: u64,
 }
 
 impl Parts {
@@ -44,17 +44,17 @@ impl Parts {
         if is_empty(mesh, extra) {
             return Self { vertices: 0, colours: 0, values: 0, indices: 0 };
         }
-        let vertices = mesh.vertices.len();
+        let vertices = mesh.vertices.len() as u64;
         let coloured = if extra.colours.is_some() { vertices } else { 0 };
         Self {
-            vertices: vertices * STRIDE,
-            colours: coloured * COLOUR,
+            vertices: vertices * STRIDE as u64,
+            colours: coloured * COLOUR as u64,
             values: coloured * 4,
-            indices: 4 * extra.strip.map_or(mesh.triangles.len() * 3, <[u32]>::len),
+            indices: 4 * extra.strip.map_or(mesh.triangles.len() as u64 * 3, |strip| strip.len() as u64),
         }
     }
 
-    fn total(&self) -> usize {
+    fn total(&self) -> u64 {
         self.vertices + self.colours + self.values + self.indices
     }
 }
@@ -63,7 +63,7 @@ pub(super) fn write(mesh: &Mesh, extra: &Extra, out: &mut impl Write) -> io::Res
     let parts = Parts::of(mesh, extra);
     let mut json = gltf_json::serialize::to_vec(&root(mesh, extra, &parts)).map_err(io::Error::other)?;
     json.resize(json.len().next_multiple_of(4), b' ');
-    let binary = parts.total() as u64;
+    let binary = parts.total();
     let chunks = 8 + json.len() as u64 + if binary > 0 { 8 + binary } else { 0 };
     // `fits` has seen to it that these are u32.
     let word = |out: &mut dyn Write, n: u64| out.write_all(&(n as u32).to_le_bytes());
@@ -140,7 +140,7 @@ fn primitive(mesh: &Mesh, extra: &Extra, parts: &Parts, root: &mut Root) -> Prim
         extras: Default::default(),
     });
     let mut offset = 0;
-    let mut view = |length: usize, stride: Option<usize>, target: Target| {
+    let mut view = |length: u64, stride: Option<usize>, target: Target| {
         let view = View {
             buffer,
             byte_length: USize64::from(length),
