@@ -5,7 +5,7 @@ use super::values::seconds;
 use super::{Failure, backend, say, tell};
 use crate::bench::{Backend, BenchOptions, VolumeCase, run as measure};
 use crate::gpu::{AdapterChoice, Form, Gpu};
-use crate::volume::{self, OpenOptions};
+use crate::volume::{self, OpenError, OpenOptions};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -107,7 +107,9 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
         (Some(path), Some(iso)) => {
             let opened =
                 volume::open(path, &OpenOptions { max_bytes: Some(memory_budget), ..OpenOptions::default() });
-            let opened = opened.map_err(Failure::run)?;
+            // There is no flag for the budget here: it is the machine's.
+            let own = |error: OpenError| error.to_string().replace(" (`OpenOptions::max_bytes`)", "");
+            let opened = opened.map_err(|error| Failure::run(own(error)))?;
             if !args.quiet {
                 opened.notes.iter().for_each(tell);
             }

@@ -83,12 +83,7 @@ impl Painter {
         let raw = if source::is_raw(&name) { &args.raw } else { &none };
         let opened = source::load(&source, raw, memory_budget).map_err(|failure| {
             // What is loaded does not know by which flag.
-            let of = |message: String| format!("--color-by: {}", message.replace("--param", "--color-param"));
-            match failure {
-                Failure::Usage(message) => Failure::Usage(of(message)),
-                Failure::Run(message) => Failure::Run(of(message)),
-                failure => failure,
-            }
+            failure.map(|message| format!("--color-by: {}", message.replace("--param", "--color-param")))
         })?;
         // A scene's are about where its own surface lies.
         if !scene::is_scene_ending(Path::new(&name)) {

@@ -52,6 +52,15 @@ impl Failure {
         Self::Run(message.to_string())
     }
 
+    /// The same with its message changed.
+    fn map(self, change: impl Fn(String) -> String) -> Self {
+        match self {
+            Self::Usage(message) => Self::Usage(change(message)),
+            Self::Run(message) => Self::Run(change(message)),
+            Self::Budget(_) | Self::Negative => self,
+        }
+    }
+
     /// Of an extraction: what helps against a budget that is too small depends on its source.
     fn extract(error: ExtractError) -> Self {
         match error {

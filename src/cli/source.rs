@@ -125,6 +125,14 @@ pub struct Opened {
 
 /// Loads what `args` name.
 pub fn load(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<Opened, Failure> {
+    let loaded = load_any(args, raw, memory_budget);
+    // The library names its own remedy, here too where a scene's volume or picture is what is too large.
+    loaded.map_err(|failure| {
+        failure.map(|message| message.replace("`OpenOptions::max_bytes`", "--memory-budget"))
+    })
+}
+
+fn load_any(args: &SourceArgs, raw: &RawArgs, memory_budget: u64) -> Result<Opened, Failure> {
     let path = Path::new(&args.source);
     if raw.spacing.is_some() && raw.dims.is_none() && !volume::is_volume_ending(path) {
         return Err(Failure::usage(format!(
@@ -189,13 +197,13 @@ fn load_plain(
     let formula = formula::parse(&args.source, &args.parameters);
     let is_name = named::ALL.iter().any(|d| d.name == args.source);
     if !is_name && !path.exists() && formula.as_ref().map_or_else(|e| is_meant(e, &args.source), |_| true) {
-        return load_formula(args, &formula.map_err(Failure::usage)?);
+        return load_formula(args, &formula.map_err(|error| Failure::usage(of_formula(&error)))?);
     }
     if path.is_dir() {
         return Err(Failure::usage(format!("{}: this is a folder: name a file in it", args.source)));
     }
     let as_formula = match &formula {
-        Err(error) if !path.exists() => format!("\nread as a formula: {error}"),
+        Err(error) if !path.exists() => format!("\nread as a formula: {}", of_formula(error)),
         _ => String::new(),
     };
     if path.extension().is_some() || args.source.contains(['/', '\\']) || path.exists() {
@@ -208,6 +216,16 @@ fn load_plain(
         )));
     }
     load_named(args, &as_formula)
+}
+
+/// What is wrong with a formula, with the flag that helps.
+fn of_formula(error: &FormulaError) -> String {
+    match &error.fault {
+        Fault::UnknownName { name, known, .. } if known.is_empty() => {
+            format!("{}, as in `--param {name}=0.8`\n{}", error.fault, error.excerpt)
+        }
+        _ => error.to_string(),
+    }
 }
 
 /// Whether a text that is no formula was meant to be one: `1/0` is, and what has what no file's name should have.

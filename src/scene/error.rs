@@ -201,7 +201,7 @@ pub enum Fault {
     /// A picture that is too large.
     #[error(
         "a picture of {columns}x{rows} takes {needed} bytes, over the {left} that are left of the memory budget: raise \
-         it (--memory-budget), or make the picture smaller"
+         it (`OpenOptions::max_bytes`), or make the picture smaller"
     )]
     LargePicture {
         /// Pixels along a row.

@@ -76,7 +76,7 @@ pub enum OpenError {
     /// More bytes than [`OpenOptions::max_bytes`](super::OpenOptions::max_bytes).
     #[error(
         "{file}: {} x {} x {} samples take {needed} bytes as {scalar}, over the memory budget of {budget} bytes. Raise the budget \
-         (--memory-budget), or crop or downsample the volume", dims[0], dims[1], dims[2]
+         (`OpenOptions::max_bytes`), or crop or downsample the volume", dims[0], dims[1], dims[2]
     )]
     Budget {
         /// The file.

@@ -37,7 +37,7 @@ fn names_and_endings() {
 
 #[test]
 fn formulas() {
-    refused(&["extract", "length(x, y, z) - r"], 2, &["`r`", "--param r=0.8", "^"]);
+    refused(&["extract", "length(x, y, z) - r"], 2, &["`r`", "as in `--param r=0.8`\n", "^"]);
     refused(&["extract", "lenght(x, y, z) - 1"], 2, &["did you mean `length`", "\n  lenght(x"]);
     refused(&["extract", "2x + y"], 2, &["`2*x`", "^"]);
     refused(&["extract", "x - r", "--param", "r=1", "--param", "q=2"], 2, &["--param q", "leave"]);

@@ -218,7 +218,11 @@ fn the_top() {
     refused(&format!("bounds = [[0, 0, 0], [1, 0, 1]]\n{ball}"), (1, 10, "bounds"), "higher along each axis");
     refused(&format!("bounds = [[0, 0, 0]]\n{ball}"), (1, 10, "bounds"), "two corners");
     refused(&format!("inside = 'left'\n{ball}"), (1, 10, "inside"), "there are below, above");
-    refused(&format!("iso = 'r'\n{ball}"), (1, 8, "iso"), "no value is given for `r`");
+    refused(
+        &format!("iso = 'r'\n{ball}"),
+        (1, 8, "iso"),
+        "give it a value as a parameter (in a scene below `[parameters]`)\n",
+    );
     refused(&format!("iso = 'x + 1'\n{ball}"), (1, 7, "iso"), "give a formula of parameters alone");
     refused(&format!("cells = '0.2'\n{ball}"), (1, 9, "cells"), "'0.2' = 0 is out of range");
     refused(&format!("refine = {{flat = 1}}\n{ball}"), (1, 11, "refine"), "no key `flat` here");

@@ -165,6 +165,7 @@ fn heights_of_a_picture() {
     let little = OpenOptions { max_bytes: Some(100), ..OpenOptions::default() };
     let (text_, fault_) = fault(Scene::open(&folder.path().join("a.toml"), &little));
     assert!(matches!(fault_, Fault::LargePicture { .. }) && text_.contains("3x2"), "{text_}");
+    assert!(text_.contains("`OpenOptions::max_bytes`") && !text_.contains("--"), "{text_}");
     #[cfg(unix)]
     {
         let made = std::process::Command::new("mkfifo").arg(folder.path().join("pipe.png")).status();
@@ -184,4 +185,6 @@ fn memory_is_bounded() {
     let options = OpenOptions { max_bytes: Some(1000), ..OpenOptions::default() };
     let (text, _) = fault(Scene::parse(text, Path::new("examples/scenes/test.toml"), &options));
     assert!(text.contains("1000") && text.contains("nodes.a"), "{text}");
+    // Flags are the program's.
+    assert!(text.contains("`OpenOptions::max_bytes`") && !text.contains("--"), "{text}");
 }

@@ -130,7 +130,7 @@ fn meant(closest: &Option<String>) -> String {
 
 fn also(names: &[String]) -> String {
     if names.is_empty() {
-        " and no parameters: give them, as in `--param r=0.8` (in a scene below `[parameters]`)".into()
+        " and no parameters: give it a value as a parameter (in a scene below `[parameters]`)".into()
     } else {
         format!(" and the parameters {}", listed(names))
     }
