@@ -55,7 +55,7 @@ pub fn check(args: &ExtractArgs, remark: &dyn Fn(&str)) -> Result<(), Failure> {
 
 /// The raw layout of the main source: it is that of the second one where only that is a raw file.
 pub fn raw_of_main(args: &ExtractArgs) -> Option<&RawArgs> {
-    let is_raw = source::is_raw;
+    let is_raw = source::is_named_raw;
     let is_taken = args.colour.color_by.as_deref().is_some_and(is_raw) && !is_raw(&args.source.source);
     (!is_taken).then_some(&args.raw)
 }
@@ -80,7 +80,7 @@ impl Painter {
         // The value that is sampled is no surface: any iso will do.
         let source = SourceArgs { source: name.clone(), iso: Some(0.5), parameters, ..SourceArgs::default() };
         let none = RawArgs::default();
-        let raw = if source::is_raw(&name) { &args.raw } else { &none };
+        let raw = if source::is_named_raw(&name) { &args.raw } else { &none };
         let opened = source::load(&source, raw, memory_budget).map_err(|failure| {
             // What is loaded does not know by which flag.
             failure.map(|message| format!("--color-by: {}", message.replace("--param", "--color-param")))

@@ -153,6 +153,11 @@ pub fn is_raw(source: &str) -> bool {
     volume::is_raw_ending(path) || !has_own_format(path) && path.is_file()
 }
 
+/// Whether --dims and --type may be meant for this source: it is a raw file, or named as one, and not there.
+pub fn is_named_raw(source: &str) -> bool {
+    is_raw(source) || is_file_name(source) && !has_own_format(Path::new(source))
+}
+
 /// Whether the ending names a format that says itself how it is laid out.
 fn has_own_format(path: &Path) -> bool {
     volume::is_volume_ending(path) && !volume::is_raw_ending(path)
@@ -233,9 +238,14 @@ fn is_meant(error: &FormulaError, text: &str) -> bool {
     if matches!(error.fault, Fault::NotFinite { .. }) {
         return true;
     }
+    !is_file_name(text) && text.contains(|c: char| c.is_whitespace() || "+*^()<>=|²³".contains(c))
+        || text.is_empty()
+}
+
+/// Whether a text ends as a file's name does.
+fn is_file_name(text: &str) -> bool {
     let ending = Path::new(text).extension().and_then(|e| e.to_str()).unwrap_or("");
-    let is_file = ending.starts_with(char::is_alphabetic) && ending.chars().all(char::is_alphanumeric);
-    !is_file && text.contains(|c: char| c.is_whitespace() || "+*^()<>=|²³".contains(c)) || text.is_empty()
+    ending.starts_with(char::is_alphabetic) && ending.chars().all(char::is_alphanumeric)
 }
 
 fn load_formula(args: &SourceArgs, expr: &Expr) -> Result<(Loaded, Vec<String>), Failure> {

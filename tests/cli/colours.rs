@@ -205,6 +205,9 @@ fn what_cannot_work_is_refused() {
     refused(&["--color-by", "k*x", "-o", "a.ply"], 2, &["--color-by", "--color-param"]);
     refused(&["--color-by", "missing.nii", "-o", "a.ply"], 1, &["--color-by", "missing.nii"]);
     refused(&["--color-by", "a.raw", "-o", "a.ply"], 2, &["a.raw", "--dims"]);
+    // What describes raw values is not for the ball: it is the other file that is not there.
+    let missing = ["--color-by", "a.dat", "-o", "a.ply", "--dims", "4,4,4", "--type", "u8"];
+    refused(&missing, 2, &["--color-by: --dims", "a.dat is no file: check the name"]);
     refused(&["--color-by", "x", "-o", "a.stl"], 2, &["a.stl", "--color-by", ".ply or .glb"]);
     refused(&["--color-by", "x", "--color-map", "jet"], 2, &["jet", "viridis"]);
     refused(&["--color-by", "x", "--color-range", "3,1"], 2, &["--color-range", "lower one first"]);
