@@ -78,7 +78,9 @@ pub fn measure(surface: &Surface<'_>, mesh: &Mesh, samples: usize) -> Result<Acc
     }
     let first_of = |i: usize| (starts[i] / area * samples as f64).ceil() as usize;
     let triangles: Vec<usize> = (0..mesh.triangles.len()).collect();
-    let parts = triangles.par_chunks(1 << 10).map(|triangles| {
+    // Tasks of about a batch, so that few triangles keep all cores busy.
+    let task = (triangles.len() / (samples / BATCH).max(1)).clamp(1, 1 << 10);
+    let parts = triangles.par_chunks(task).map(|triangles| {
         let (mut sums, mut batch) = (Sums::default(), Vec::with_capacity(BATCH));
         for &i in triangles {
             let own = corners(&mesh.triangles[i]);

@@ -3,11 +3,14 @@
 use glam::{Vec3, vec3};
 use isoforge::accuracy::measure;
 use isoforge::extract::{Options, Source, extract_on_cpu};
-use isoforge::field::{Field, Sense, Surface};
+use isoforge::field::{Closure, Field, Sense, Surface};
 use isoforge::graph::shapes::{box_, sphere};
 use isoforge::graph::{Expr, GraphField, z};
 use isoforge::grid::Grid;
 use isoforge::mesh::{Mesh, Vertex};
+use std::collections::HashSet;
+use std::sync::Mutex;
+use std::time::Instant;
 
 fn field(expr: &Expr) -> GraphField {
     GraphField::new(expr, Sense::Below)
@@ -93,6 +96,27 @@ fn extraction_is_of_second_order() {
     let order = (coarse.distance_rms / fine.distance_rms).log2();
     assert!((1.8..2.2).contains(&order), "{order}");
     assert!(fine.distance_max < 0.4 * coarse.distance_max, "{coarse:?} {fine:?}");
+}
+
+#[test]
+fn few_triangles_keep_all_cores_busy() {
+    let threads = Mutex::new(HashSet::new());
+    let plane = Closure::new(Sense::Below, |p: Vec3| {
+        let Some(thread) = rayon::current_thread_index() else { return p.z };
+        // Each waits for the other at its first value.
+        let is_new = threads.lock().unwrap().insert(thread);
+        let since = Instant::now();
+        while is_new && threads.lock().unwrap().len() < 2 && since.elapsed().as_secs() < 20 {
+            std::thread::yield_now();
+        }
+        p.z
+    });
+    let few = mesh(&[Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE], |_| Vec3::X, &[[0, 1, 2], [1, 2, 3]]);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    // Outside of the pool: a surface asks for a value, too.
+    let plane = surface(&plane);
+    pool.install(|| measure(&plane, &few, 2_000)).unwrap();
+    assert_eq!(threads.into_inner().unwrap().len(), 2);
 }
 
 #[test]
