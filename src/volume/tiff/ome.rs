@@ -49,10 +49,10 @@ impl Ome {
         let ([Some(_), Some(_), Some(_)], 3) = (['Z', 'C', 'T'].map(at), letters.len()) else { return None };
         let page = |data: Node<'_, '_>| {
             let mut before = 1;
-            order.iter().fold(Some(0u64), |page, (letter, count)| {
+            order.iter().try_fold(0u64, |page, (letter, count)| {
                 let first = number(data, &format!("First{letter}")).unwrap_or(0).checked_mul(before)?;
                 before = before.checked_mul(*count)?;
-                page?.checked_add(first)
+                page.checked_add(first)
             })
         };
         let pages = pixels.children().filter(|node| node.has_tag_name("TiffData"));
