@@ -18,8 +18,9 @@ pub(crate) fn prefer_huge_pages<T>(items: &Vec<T>) {
     const HUGE: usize = 2 << 20;
     let first = items.as_ptr();
     let end = (first.addr() + items.capacity() * size_of::<T>()) & !(HUGE - 1);
-    let start = first.addr().next_multiple_of(HUGE);
-    if start < end {
+    if let Some(start) = first.addr().checked_next_multiple_of(HUGE)
+        && start < end
+    {
         // SAFETY: the pages from `start` to `end` are all within what the vector has allocated. The advice says how they are to be
         // backed, never what they hold; a system that does not follow it leaves them as they are (madvise(2), MADV_HUGEPAGE).
         unsafe {

@@ -403,6 +403,10 @@ fn the_program_keeps_its_budget() {
     let output = arguments("a.ply", 1 << 20).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(said.contains("smallest slab"), "{said}");
+    // The figure told suffices.
+    let needed = said.split("needs ").nth(1).and_then(|rest| rest.split(' ').next()).expect("a figure");
+    let output = arguments("a.ply", needed.parse().expect("a number")).output().unwrap();
+    assert!(output.status.success(), "{needed}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
 /// A volume that fits the budget, with a mesh that does not, is read in parts, too.

@@ -8,6 +8,7 @@ use crate::colour::{ColourError, Coloured, Colouring, Map, Samples, sample, usua
 use crate::mesh::{Mesh, write};
 use crate::scene;
 use clap::Args;
+use glam::Vec3;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::str::FromStr;
@@ -77,8 +78,10 @@ impl Painter {
     ) -> Result<Option<Self>, Failure> {
         let Some(name) = args.colour.color_by.clone() else { return Ok(None) };
         let parameters = args.colour.color_parameters.clone();
-        // The value that is sampled is no surface: any iso will do.
-        let source = SourceArgs { source: name.clone(), iso: Some(0.5), parameters, ..SourceArgs::default() };
+        // The value that is sampled is no surface: any iso will do, and any bounds of a scene, which need not be looked for.
+        let bounds = scene::is_scene_ending(Path::new(&name)).then_some([Vec3::NEG_ONE, Vec3::ONE]);
+        let source =
+            SourceArgs { source: name.clone(), iso: Some(0.5), bounds, parameters, ..SourceArgs::default() };
         let none = RawArgs::default();
         let raw = if source::is_named_raw(&name) { &args.raw } else { &none };
         let opened = source::load(&source, raw, memory_budget).map_err(|failure| {

@@ -61,7 +61,9 @@ pub fn run(args: &ExtractArgs) -> Result<(), Failure> {
     let options = Options { method, placement, ..loaded.options(&args.source, memory_budget - beside)? };
     let capped = args.method.cap.then(|| Capped::new(&loaded.source(), &options));
     let capped = capped.transpose().map_err(|error| match error {
-        CapError::Budget { .. } => Failure::run(format!("{error} (--memory-budget)")),
+        CapError::Budget { .. } => {
+            Failure::run(error.to_string().replace("`Options::memory_budget`", "--memory-budget"))
+        }
         error => Failure::run(error),
     })?;
     let (options, is_volume) = match (&capped, &loaded) {

@@ -317,6 +317,12 @@ impl Job<'_> {
         self.remark_on_octree(&told, settings.error, flag);
         let mut done = octree_done(mesh, &told, &grid);
         done.report.peak_bytes = held + told.nodes * NODE_BYTES;
+        // Nodes across the grid's border are split whatever there is.
+        let (needed, budget) = (done.report.peak_bytes, self.options.memory_budget);
+        if needed > budget {
+            let what = "the octree with its mesh";
+            return Err(Failure::Budget(OverBudget { what, needed, budget }));
+        }
         Ok(done)
     }
 

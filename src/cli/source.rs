@@ -207,8 +207,9 @@ fn load_plain(
     if path.is_dir() {
         return Err(Failure::usage(format!("{}: this is a folder: name a file in it", args.source)));
     }
+    let has_operator = args.source.contains(|c: char| "+-*/%^()<>=!,".contains(c));
     let as_formula = match &formula {
-        Err(error) if !path.exists() => format!("\nread as a formula: {}", of_formula(error)),
+        Err(error) if has_operator && !path.exists() => format!("\nread as a formula: {}", of_formula(error)),
         _ => String::new(),
     };
     if path.extension().is_some() || args.source.contains(['/', '\\']) || path.exists() {

@@ -109,7 +109,8 @@ impl Plan {
         let (points, bricks) = (grid.points().to_array(), grid.bricks().to_array());
         let plane = planes.bytes() / u64::from(points[2]);
         let layer_bricks = u64::from(bricks[0]) * u64::from(bricks[1]);
-        let mesh_bytes = (budget / 8).clamp(MESH_BYTES[0], MESH_BYTES[1]);
+        let of_mesh = |budget: u64| (budget / 8).clamp(MESH_BYTES[0], MESH_BYTES[1]);
+        let mesh_bytes = of_mesh(budget);
         let samples = |layers: u32| plane * u64::from(points[2].min(8 * layers + 10));
         // Records are gathered by tasks and then put together.
         let held = |layers: u32| {
@@ -121,7 +122,11 @@ impl Plan {
         let least = held(1);
         if least > budget {
             let what = "the smallest slab of the volume, a layer of bricks with the one behind it, twice,";
-            return Err(ExtractError::Budget { what, needed: least, budget });
+            // A larger budget leaves more to the mesh, and must suffice for that, too.
+            let rest = least - mesh_bytes;
+            let enough = [rest + MESH_BYTES[0], (8 * rest).div_ceil(7), rest + MESH_BYTES[1]];
+            let needed = enough.into_iter().find(|&needed| rest + of_mesh(needed) <= needed);
+            return Err(ExtractError::Budget { what, needed: needed.unwrap_or(least), budget });
         }
         let fits = |&layers: &u32| held(layers) <= budget && samples(layers) <= SLAB_BYTES;
         let layers_a_slab = (1..=bricks[2]).take_while(fits).last().unwrap_or(1);

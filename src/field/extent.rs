@@ -36,28 +36,39 @@ const CLOSER: u32 = 8;
 
 /// A box around what samples find inside, a few hundredths too large, where [`extent`] finds none. It need not hold all: samples
 /// may miss a part whose radius is below an eighteenth of its distance from the origin. `None` of what has no end, where nothing is found,
-/// and of fields that only a GPU evaluates.
+/// of what is so thin that closer samples do not find it again, and of fields that only a GPU evaluates.
 pub fn sampled_extent(field: &dyn Field, iso: f32, sense: Sense) -> Option<[Vec3; 2]> {
     let (largest, count) = CUBES;
-    let cubes = (0..count).map(|i| largest * 0.5f32.powi(i as i32));
-    let inner = |[low, high]: [Vec3; 2], half: f32| {
-        let most = low.abs().max(high.abs()).max_element();
-        // Nothing of the outermost samples, half a step from the border.
-        most < half * (1.0 - 1.5 / SAMPLES as f32)
-    };
-    let mut found = cubes.into_iter().find_map(|half| {
+    let most = |[low, high]: [Vec3; 2]| low.abs().max(high.abs()).max_element();
+    // What is found in the cubes, and the steps of the samples where it was found first. Smaller cubes, as long as they are larger than
+    // what is found, may find more.
+    let mut found: Option<([Vec3; 2], [Vec3; 2])> = None;
+    for half in (0..count).map(|i| largest * 0.5f32.powi(i as i32)) {
         let cube = [Vec3::splat(-half), Vec3::splat(half)];
-        inside(field, iso, sense, cube).filter(|found| inner(*found, half)).map(|found| grown(found, cube))
-    })?;
+        if found.is_some_and(|(all, _)| most(all) >= half) {
+            break;
+        }
+        let Some(here) = inside(field, iso, sense, cube) else { continue };
+        found = match found {
+            Some((all, first)) => Some((hull(all, here), first)),
+            // Nothing of the outermost samples, half a step from the border: else it goes on beyond.
+            None => (most(here) < half * (1.0 - 1.5 / SAMPLES as f32)).then_some((here, cube)),
+        };
+    }
+    let (all, first) = found?;
+    let mut found = grown(all, first);
     for _ in 0..CLOSER {
-        let closer = grown(inside(field, iso, sense, found)?, found);
-        let is_within = closer[0].cmpge(found[0]).all() && closer[1].cmple(found[1]).all();
+        let here = inside(field, iso, sense, found)?;
+        let (closer, step) = (grown(here, found), (found[1] - found[0]) / SAMPLES as f32);
+        // Nothing of the outermost samples.
+        let is_within = here[0].cmpgt(found[0] + step).all() && here[1].cmplt(found[1] - step).all();
         if is_within && (found[1] - found[0]).cmple((closer[1] - closer[0]) * 1.1).all() {
-            return Some(closer);
+            return (!leaves(field, iso, sense, closer)).then_some(closer);
         }
         found = closer;
     }
-    Some(found)
+    // It grew at every look.
+    None
 }
 
 /// A box larger by two steps of the samples of another, on each side.
@@ -69,22 +80,45 @@ fn grown([low, high]: [Vec3; 2], [from, to]: [Vec3; 2]) -> [Vec3; 2] {
 /// The box of those samples of a box that are inside; they lie in the middle of as many cells.
 fn inside(field: &dyn Field, iso: f32, sense: Sense, [low, high]: [Vec3; 2]) -> Option<[Vec3; 2]> {
     let step = (high - low) / SAMPLES as f32;
-    let at = |k: usize, i: usize| low[k] + step[k] * (i as f32 + 0.5);
+    let at = |i: [usize; 3]| low + step * (Vec3::from(i.map(|i| i as f32)) + 0.5);
     let plane = |z: usize| {
-        let points = || (0..SAMPLES * SAMPLES).map(|i| (at(0, i % SAMPLES), at(1, i / SAMPLES)));
-        let (x, y): (Vec<f32>, Vec<f32>) = points().unzip();
-        let z = vec![at(2, z); x.len()];
-        let mut values = vec![f32::NAN; x.len()];
-        field.values(Points { x: &x, y: &y, z: &z }, &mut values).ok()?;
-        let is_inside = |value: f32| match sense {
-            Sense::Below => value < iso,
-            Sense::Above => value > iso,
-        };
-        let points = x.iter().zip(&y).zip(&z).map(|((&x, &y), &z)| Vec3::new(x, y, z));
-        let found = points.zip(&values).filter(|(_, value)| is_inside(**value)).map(|(point, _)| [point; 2]);
-        found.reduce(hull)
+        among(field, iso, sense, (0..SAMPLES * SAMPLES).map(|i| at([i % SAMPLES, i / SAMPLES, z])))
     };
     (0..SAMPLES).into_par_iter().filter_map(plane).reduce_with(hull)
+}
+
+/// Whether any of the samples on the faces of a box is inside: something thin and endless may have been missed by those within.
+fn leaves(field: &dyn Field, iso: f32, sense: Sense, [low, high]: [Vec3; 2]) -> bool {
+    const ACROSS: usize = 8 * SAMPLES;
+    let step = (high - low) / ACROSS as f32;
+    let row = |row: usize| {
+        let (face, j) = (row / ACROSS, row % ACROSS);
+        let (axis, end) = (face / 2, [low, high][face % 2]);
+        let point = |i: usize| {
+            let mut point = low + step * 0.5;
+            point[axis] = end[axis];
+            point[(axis + 1) % 3] += step[(axis + 1) % 3] * i as f32;
+            point[(axis + 2) % 3] += step[(axis + 2) % 3] * j as f32;
+            point
+        };
+        among(field, iso, sense, (0..ACROSS).map(point)).is_some()
+    };
+    (0..6 * ACROSS).into_par_iter().any(row)
+}
+
+/// The box of those points that are inside.
+fn among(field: &dyn Field, iso: f32, sense: Sense, points: impl Iterator<Item = Vec3>) -> Option<[Vec3; 2]> {
+    let points: Vec<Vec3> = points.collect();
+    let axis = |k: usize| points.iter().map(|point| point[k]).collect::<Vec<f32>>();
+    let [x, y, z] = [axis(0), axis(1), axis(2)];
+    let mut values = vec![f32::NAN; x.len()];
+    field.values(Points { x: &x, y: &y, z: &z }, &mut values).ok()?;
+    let is_inside = |value: f32| match sense {
+        Sense::Below => value < iso,
+        Sense::Above => value > iso,
+    };
+    let found = points.iter().zip(values).filter(|(_, value)| is_inside(*value));
+    found.map(|(point, _)| [*point; 2]).reduce(hull)
 }
 
 fn hull(a: [Vec3; 2], b: [Vec3; 2]) -> [Vec3; 2] {
@@ -198,6 +232,17 @@ mod tests {
         for endless in [infinite_cylinder(1.0), x() * y(), -sphere(1.0), x() - 1e7] {
             assert_eq!(by_samples(&endless, 0.0), None);
         }
+        // Rods and sheets that samples hit here and there.
+        for (a, b) in [(0.31, 0.17), (0.9, 0.6), (0.05, 0.02), (0.013, 0.7), (-0.44, 0.21)] {
+            let rod = ((a * x() - y()).square() + (b * x() - z()).square()).sqrt() - 1.0;
+            let sheet = (z() + a * x() + b * y()).abs() - 0.02;
+            for endless in [rod, sheet] {
+                assert_eq!(by_samples(&endless, 0.0), None, "{a} {b}");
+            }
+        }
+        // What a larger cube hits by chance is not all.
+        let far = sphere(0.8).translate([9.0, 1.0, 0.0]);
+        is_close(by_samples(&sphere(0.88).union(far), 0.0), [-0.88; 3], [9.8, 1.8, 0.88]);
         assert_eq!(by_samples(&sphere(1.0), -2.0), None);
     }
 

@@ -160,7 +160,8 @@ fn axes(view: &View) -> DMat3 {
     )
 }
 
-fn check(view: &View) -> Result<(), RenderError> {
+/// Whether a picture can be made so.
+pub(crate) fn check(view: &View) -> Result<(), RenderError> {
     let [width, height] = view.size;
     let sides = 1..=MAX_SIDE;
     if !sides.contains(&width)

@@ -21,6 +21,7 @@ mod style;
 mod wire;
 
 pub use bounds::gpu_bounds;
+pub(crate) use camera::check as check_view;
 pub use camera::{Camera, MAX_PIXELS, MAX_SIDE, View, picture_bytes};
 pub use error::RenderError;
 pub use gpu::Renderer;

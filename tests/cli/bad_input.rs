@@ -85,6 +85,9 @@ fn numbers() {
         &["--delta 1", "--normals central"],
     );
     refused(&["extract", "sphere", "--normals", "good"], 2, &["--normals", "forward"]);
+    let here = folder();
+    let run = isoforge(here.path(), &["extract", "sphre"]);
+    assert!(run.err.contains("no field named `sphre`") && !run.err.contains("formula:"), "{}", run.err);
     refused(&["extract", "x-r"], 2, &["no field named `x-r`", "read as a formula", "`r`"]);
     refused(&["extract", "x.y/2"], 2, &["ending", "read as a formula"]);
     refused(&["extract", "a.nrrd", "--origin", "0,0,0"], 2, &["--origin", "a.nrrd says itself"]);

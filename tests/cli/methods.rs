@@ -292,6 +292,14 @@ fn methods_beside_the_sweep_keep_the_memory_budget() {
         assert!(said.contains("raise it (--memory-budget)"), "{said}");
         let bytes = [&whole, &some].map(|told| told["peak_bytes"].as_u64().expect("a number"));
         assert!(bytes[1] <= 200_000 && bytes[1] < bytes[0] && bytes[1] > 0, "{bytes:?}");
+        // Where the grid is no power of two, nodes at its border are split however little there is.
+        let args = ["extract", "gyroid", "-n", "65", "--method", method, "--memory-budget", "200000"];
+        let run = isoforge(here.path(), &args);
+        assert!(
+            run.code == Some(1) && run.err.contains("octree") && run.err.contains("200000"),
+            "{}",
+            run.err
+        );
     }
 }
 

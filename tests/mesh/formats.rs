@@ -302,6 +302,16 @@ fn unknown_endings_are_refused() {
     assert!(matches!(read(Path::new("no/such.ply")), Err(ReadError::Io { .. })));
 }
 
+/// Some editors begin a file with a byte order mark.
+#[test]
+fn a_byte_order_mark_is_no_statement() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.obj");
+    fs::write(&path, "\u{feff}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mesh = read(&path).unwrap().mesh;
+    assert_eq!((mesh.vertices.len(), &mesh.triangles[..]), (3, &[[0, 1, 2]][..]));
+}
+
 /// A line of a million pieces, each of which cost a copy of all before.
 #[test]
 fn long_continued_lines_of_obj() {

@@ -110,6 +110,19 @@ fn the_camera_sees_all_of_it() {
     }
 }
 
+#[test]
+fn views_that_no_picture_has_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.rib");
+    let plain = View::default();
+    for view in
+        [View { fov: 0.0, ..plain }, View { size: [0, 5], ..plain }, View { azimuth: f32::NAN, ..plain }]
+    {
+        let error = write_with(&tetrahedron(), &Extra { view, ..Extra::default() }, &path).unwrap_err();
+        assert!(error.to_string().contains("a.rib") && !path.exists(), "{error}");
+    }
+}
+
 /// Of an upright picture the angle of its height is given, and RenderMan's is that of its width.
 #[test]
 fn the_camera_stands_where_it_is_told() {

@@ -175,6 +175,14 @@ fn many_data_files_are_refused() {
     assert!(message.contains("data file"), "{message}");
 }
 
+/// A name that begins as the list's word does.
+#[test]
+fn a_file_may_be_called_list_of_something() {
+    let text = header("uchar", "raw", Endian::Little, "data file: LISTEN.raw\nspacings: 1 1 5\n");
+    let error = open_bytes("a.nhdr", text.as_bytes()).unwrap_err().to_string();
+    assert!(error.contains("LISTEN.raw: cannot be read"), "{error}");
+}
+
 #[test]
 fn wrong_fields_are_named_with_their_line() {
     let good = header("short", "raw", Endian::Little, "spacings: 1 1 1\n");

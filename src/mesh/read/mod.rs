@@ -150,7 +150,8 @@ pub fn read(path: &Path) -> Result<Contents, ReadError> {
 
 /// The text of a file. Bytes that are not UTF-8 occur in comments, and are an error only if not there.
 fn text(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
-    String::from_utf8_lossy(bytes)
+    // Some editors begin a file with a byte order mark.
+    String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes))
 }
 
 /// Three numbers, and the words after them.

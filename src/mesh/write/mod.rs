@@ -21,7 +21,7 @@ use crate::atomic::{self, TargetError};
 use crate::colour::Coloured;
 use rayon::prelude::*;
 
-use crate::render::View;
+use crate::render::{RenderError, View, check_view};
 
 use super::{Mesh, Vertex};
 
@@ -68,6 +68,14 @@ pub enum WriteError {
         what: &'static str,
         /// The endings of the formats that can.
         endings: &'static str,
+    },
+    /// A view that no picture has.
+    #[error("{}: {error}", path.display())]
+    View {
+        /// The path asked for.
+        path: PathBuf,
+        /// What is wrong with it.
+        error: RenderError,
     },
     /// Not one value and one colour a vertex.
     #[error("{}: {values} values and {colours} colours for {vertices} vertices; give one of each a vertex.", path.display())]
@@ -185,6 +193,7 @@ pub fn write_with(mesh: &Mesh, extra: &Extra, path: &Path) -> Result<u64, WriteE
     match format {
         "stl" => stl::fits(mesh.triangles.len() as u64).map_err(too_large)?,
         "glb" => glb::fits(mesh, extra).map_err(too_large)?,
+        "rib" => check_view(&extra.view).map_err(|error| WriteError::View { path: path.into(), error })?,
         _ => {}
     }
 

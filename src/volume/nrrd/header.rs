@@ -98,7 +98,10 @@ impl Header {
             }
             header.take(text, number, notes)?;
             // The names of a LIST follow, to the end.
-            if header.get("datafile").is_some_and(|files| files.value.starts_with("LIST")) {
+            if header
+                .get("datafile")
+                .is_some_and(|files| files.value.split_whitespace().next() == Some("LIST"))
+            {
                 break;
             }
         }

@@ -6,6 +6,7 @@
 use crate::volume::decode::{Endian, fill};
 use crate::volume::error::OpenError;
 use crate::volume::source::Source;
+use std::collections::HashSet;
 use std::io::{Seek, SeekFrom};
 use std::path::Path;
 
@@ -55,10 +56,14 @@ fn walk(path: &Path, source: &mut Source) -> Result<(), OpenError> {
     // Bytes of a directory's number of entries, of an entry, and of its count and place.
     let (count_size, entry_size, word) = if words.big { (8, 20, 8) } else { (2, 12, 4) };
     // Bytes of the directories so far.
-    let mut sum = 0;
+    let (mut seen, mut sum) = (HashSet::new(), 0);
     for page in 0.. {
         if next == 0 || next >= len {
             break;
+        }
+        let again = OpenError::corrupt(path, "its directories of pages overlap, or lead back to one");
+        if !seen.insert(next) {
+            return Err(again);
         }
         let mut bytes = [0; 8];
         if !read(next, &mut bytes[..count_size])? {
@@ -73,10 +78,10 @@ fn walk(path: &Path, source: &mut Source) -> Result<(), OpenError> {
             );
             return Err(OpenError::corrupt(path, problem));
         }
-        // Directories that share bytes, a link back to one of them for example, would be read without end.
+        // Directories that share bytes would be read many times over.
         sum += count_size as u64 + count * entry_size + word as u64;
         if sum > len {
-            return Err(OpenError::corrupt(path, "its directories of pages overlap, or lead back to one"));
+            return Err(again);
         }
         let mut entries = vec![0; (count * entry_size) as usize + word];
         if !read(start, &mut entries)? {

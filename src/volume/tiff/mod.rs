@@ -129,8 +129,7 @@ fn head(path: &Path, options: &OpenOptions) -> Result<Head, OpenError> {
     let ome = Ome::of(&text, &mut notes);
     if text.starts_with("{\"shape\"") {
         notes.push(
-            "tifffile's description of the stack is not read: all pages are taken as slices, with spacing 1"
-                .to_owned(),
+            "tifffile's description of the stack is not read: all pages are taken as slices".to_owned(),
         );
     }
     let mut count = 1_u64;
@@ -170,7 +169,7 @@ fn head(path: &Path, options: &OpenOptions) -> Result<Head, OpenError> {
     }
     if let Some(ome) = &ome {
         stack = ome.stack(count, &mut notes);
-        place = ome.placement(&mut notes);
+        place = ome.placement(options.spacing, &mut notes);
     }
 
     let dims = [first.width, first.height, stack.slices];

@@ -6,6 +6,9 @@ use crate::volume::source::Placement;
 use glam::{DMat3, DVec3};
 use roxmltree::{Document, Node};
 
+/// Attributes of an element, of which OME-XML has a few dozen.
+const MOST_ATTRIBUTES: usize = 1000;
+
 /// The unit where none is named.
 const MICROMETRE: &str = "\u{b5}m";
 
@@ -26,11 +29,12 @@ impl Ome {
         if !text.contains("<OME") {
             return None;
         }
-        let found = Document::parse(text).ok().and_then(|document| Self::of_document(&document));
+        // The parser compares the attributes of an element with each other.
+        let is_sane = text.split('<').all(|element| element.matches('=').count() <= MOST_ATTRIBUTES);
+        let document = is_sane.then(|| Document::parse(text).ok()).flatten();
+        let found = document.and_then(|document| Self::of_document(&document));
         if found.is_none() {
-            notes.push(
-                "the file's OME-XML is damaged: all pages are taken as slices, with spacing 1".to_owned(),
-            );
+            notes.push("the file's OME-XML is damaged: all pages are taken as slices".to_owned());
         }
         found
     }
@@ -97,8 +101,22 @@ impl Ome {
         Stack { first: 0, stride: self.order[..place].iter().map(|(_, count)| count).product(), slices }
     }
 
-    /// Where samples lie, in the unit along x.
-    pub fn placement(&self, notes: &mut Vec<String>) -> Placement {
+    /// Where samples lie, in the unit along x; nothing is to be told of the spacing where another is `given`.
+    pub fn placement(&self, given: Option<[f32; 3]>, notes: &mut Vec<String>) -> Placement {
+        let mut own_notes = Vec::new();
+        let step = DMat3::from_diagonal(self.spacing(&mut own_notes));
+        if given.is_none() {
+            notes.append(&mut own_notes);
+        }
+        Placement {
+            origin: DVec3::ZERO,
+            step,
+            what: "the sizes in the OME-XML".to_owned(),
+            remedy: "Correct PhysicalSizeX, Y and Z",
+        }
+    }
+
+    fn spacing(&self, notes: &mut Vec<String>) -> DVec3 {
         let mut spacing = [1.0; 3];
         let unit = self.sizes.iter().flatten().next().map_or(MICROMETRE, |(_, unit)| unit.as_str());
         for ((spacing, size), axis) in spacing.iter_mut().zip(&self.sizes).zip(["x", "y", "z"]) {
@@ -113,12 +131,7 @@ impl Ome {
                 None => notes.push(format!("the OME-XML has no size along {axis}; spacing 1 is used")),
             }
         }
-        Placement {
-            origin: DVec3::ZERO,
-            step: DMat3::from_diagonal(DVec3::from(spacing)),
-            what: "the sizes in the OME-XML".to_owned(),
-            remedy: "Correct PhysicalSizeX, Y and Z",
-        }
+        DVec3::from(spacing)
     }
 }
 
