@@ -129,6 +129,11 @@ pub struct BlobArgs {
     pub support: Option<f32>,
 }
 
+/// Of flags, each with whether it was given, the first that was.
+fn first_given<const N: usize>(flags: [(bool, &'static str); N]) -> Option<&'static str> {
+    flags.into_iter().find_map(|(given, flag)| given.then_some(flag))
+}
+
 impl BlobArgs {
     /// A flag that was given, if any.
     pub fn given(&self) -> Option<&'static str> {
@@ -137,7 +142,7 @@ impl BlobArgs {
             (self.radius.is_some(), "--radius"),
             (self.support.is_some(), "--support"),
         ];
-        flags.into_iter().find(|(given, _)| *given).map(|(_, flag)| flag)
+        first_given(flags)
     }
 }
 
@@ -193,7 +198,7 @@ impl RawArgs {
             (self.origin.is_some(), "--origin describes"),
             (self.skip_bytes.is_some(), "--skip-bytes describes"),
         ];
-        flags.into_iter().find_map(|(given, flag)| given.then_some(flag))
+        first_given(flags)
     }
 }
 
@@ -401,7 +406,7 @@ impl PictureArgs {
             (self.crease.is_some(), "--crease"),
             (self.wireframe, "--wireframe"),
         ];
-        flags.into_iter().find_map(|(given, flag)| given.then_some(flag))
+        first_given(flags)
     }
 }
 
