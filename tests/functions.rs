@@ -3,15 +3,18 @@
 mod common;
 #[path = "functions/elementary.rs"]
 mod elementary;
+#[path = "functions/exact.rs"]
+mod exact;
 #[path = "functions/noise.rs"]
 mod noise;
 
 use bytemuck::Pod;
 use isoforge::gpu::kernel::{Bindings, Kernel, binding as b};
+use isoforge::gpu::{Form, Gpu};
 use wgpu::BufferUsages as U;
 
-/// Asserts that `expression` over each `o` of `operands` is what `twin` gives, after `library`: bit for bit on
-/// a software adapter, closely on one that may contract and divide as it likes. One NaN is as good as another.
+/// Asserts that `expression` over each `o` of `operands` is what `twin` gives, after `library`, bit for bit, where the adapter
+/// rounds quotients and roots and where isoforge does. One NaN is as good as another.
 fn check<const N: usize>(
     library: &str,
     name: &str,
@@ -22,9 +25,28 @@ fn check<const N: usize>(
     [f32; N]: Pod,
 {
     let Some(gpu) = common::gpu() else { return };
+    for gpu in [gpu.clone(), gpu.with_form(Form::Shared).expect("every adapter has it")] {
+        check_on(&gpu, library, name, expression, operands, &twin);
+    }
+}
+
+fn check_on<const N: usize>(
+    gpu: &Gpu,
+    library: &str,
+    name: &str,
+    expression: &str,
+    operands: &[[f32; 4]],
+    twin: impl Fn(&[f32; 4]) -> [f32; N],
+) where
+    [f32; N]: Pod,
+{
     let ty = if N == 1 { "f32".to_string() } else { format!("vec{N}<f32>") };
     let source = format!(
         "{library}
+        struct Params {{
+    nothing: u32,
+}}
+        @group(0) @binding(0) var<uniform> params: Params;
         @group(0) @binding({}) var<storage, read> operands: array<vec4<f32>>;
         @group(0) @binding({}) var<storage, read_write> results: array<{ty}>;
         @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
@@ -41,8 +63,10 @@ fn check<const N: usize>(
     let from = gpu.buffer("operands", bytes, U::STORAGE | U::COPY_DST).unwrap();
     let into = gpu.buffer("results", bytes / 4 * N as u64, U::STORAGE | U::COPY_SRC).unwrap();
     gpu.write(&from, bytemuck::cast_slice(operands)).unwrap();
+    let params = gpu.buffer("params", 16, U::UNIFORM | U::COPY_DST).unwrap();
+    gpu.write(&params, &[0; 16]).unwrap();
     let mut bindings = Bindings::default();
-    bindings.set(b::SOURCE, &from).set(b::SAMPLES, &into);
+    bindings.set(b::PARAMS, &params).set(b::SOURCE, &from).set(b::SAMPLES, &into);
     gpu.guarded(name, 0, || {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -53,13 +77,8 @@ fn check<const N: usize>(
     .unwrap();
     let results: Vec<[f32; N]> = gpu.read(&into, operands.len() as u64).unwrap();
 
-    let close = |a: f32, b: f32| {
-        let ulps = 8.0 * f32::EPSILON * b.abs();
-        a.to_bits() == b.to_bits()
-            || (a.is_nan() && b.is_nan())
-            || (!gpu.is_software() && (a == b || (a - b).abs() <= ulps.max(1e-6)))
-    };
-    let differs = |(o, r): &(&[f32; 4], &[f32; N])| !twin(o).iter().zip(*r).all(|(&b, &a)| close(a, b));
+    let same = |a: f32, b: f32| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
+    let differs = |(o, r): &(&[f32; 4], &[f32; N])| !twin(o).iter().zip(*r).all(|(&b, &a)| same(a, b));
     let mut wrong = operands.iter().zip(&results).filter(differs);
     if let Some((o, r)) = wrong.next() {
         let more = wrong.count();

@@ -223,7 +223,7 @@ macro_rules! members {
 fn structures_lie_as_in_rust() {
     let params = members!(Uniform: origin delta step_x mirrored step_y first_triangle step_z triangle_window outward_x
         vertex_window outward_y neighbour_window outward_z neighbour_capacity points own_bricks slab_first slab_bricks
-        slab_extent margin source_first unused_b source_extent unused_c first_vertices);
+        slab_extent margin source_first nothing source_extent unused_c first_vertices);
     let call =
         members!(Call: iso iso_key flip outward_sign first_slot vertex_capacity triangle_capacity epsilon);
     let work = members!(Work: active_bricks own_active vertices triangles non_finite runaway batch_slots batches

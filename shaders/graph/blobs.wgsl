@@ -196,7 +196,7 @@ fn LEAF_range(at: u32, low: vec3<f32>, high: vec3<f32>) -> vec2<f32> {
             q += vec2<f32>(least, max(lo * lo, hi * hi));
         }
         // Drivers would move these constants into the kernel's.
-        return vec2<f32>(iso_exact(q.x * (1.0 - 0x1p-20f)), iso_exact(q.y * (1.0 + 0x1p-20f)));
+        return vec2<f32>(q.x * (1.0 - 0x1p-20f), q.y * (1.0 + 0x1p-20f));
     }
     let dx = LEAF_away(low.x, high.x, centre.x);
     let dy = LEAF_away(low.y, high.y, centre.y);

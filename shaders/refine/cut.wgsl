@@ -29,9 +29,9 @@ fn fallback_of(task: u32) -> vec3<f32> {
 
 // The normal of a triangle, twice its area long.
 fn area_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
-    let u = exact3(b - a);
-    let v = exact3(c - a);
-    return exact3(exact3(u.yzx * v.zxy) - exact3(u.zxy * v.yzx));
+    let u = b - a;
+    let v = c - a;
+    return (u.yzx * v.zxy) - (u.zxy * v.yzx);
 }
 
 fn area(t: vec3<u32>) -> vec3<f32> {
@@ -40,12 +40,12 @@ fn area(t: vec3<u32>) -> vec3<f32> {
 
 fn faces_outwards(t: vec3<u32>, whole: vec3<f32>) -> bool {
     let own = area(t);
-    let normals = exact3(exact3(normal(t.x) + normal(t.y)) + normal(t.z));
+    let normals = (normal(t.x) + normal(t.y)) + normal(t.z);
     return inner(own, normals) > 0.0 || inner(own, whole) > 0.0;
 }
 
 fn side(a: u32, b: u32) -> f32 {
-    return long(exact3(position(b) - position(a)));
+    return long(position(b) - position(a));
 }
 
 // The corner that the longest side lies opposite to; of equal sides, the one opposite to the first.
@@ -149,7 +149,7 @@ fn find_bad(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroup
     for (var k = 0u; k < 3u; k++) {
         let m = all_middles[k];
         if m != NONE {
-            let far = long(exact3(position(m) - fallback_of(m - params.vertices)));
+            let far = long(position(m) - fallback_of(m - params.vertices));
             if far > most {
                 most = far;
                 farthest = m;

@@ -13,8 +13,8 @@
 fn is_flat(a: u32, b: u32, edge: f32) -> bool {
     let n = normal(a);
     let m = normal(b);
-    let along = exact3(position(b) - position(a));
-    let least = exact(exact(edge * 0.5) * params.least);
+    let along = position(b) - position(a);
+    let least = (edge * 0.5) * params.least;
     return inner(n, m) >= params.flatness || abs(inner(n, along)) <= least || abs(inner(m, along)) <= least;
 }
 
@@ -30,10 +30,10 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
     let h = half_edges[e];
     if edge_of[h] == e {
         let ends = ends_of(h);
-        edge = long(exact3(position(ends.y) - position(ends.x)));
+        edge = long(position(ends.y) - position(ends.x));
         // Where no surface was found splitting finds none either, but goes on.
         let is_near = (states[ends.x] & states[ends.y] & PLACED) != 0u;
-        bent = is_near && edge > exact(2.0 * params.epsilon) && !is_flat(ends.x, ends.y, edge);
+        bent = is_near && edge > (2.0 * params.epsilon) && !is_flat(ends.x, ends.y, edge);
     }
     lengths[e] = edge;
     atomicStore(&splits[2u * e], u32(bent));

@@ -11,7 +11,7 @@ fn signed(sample: f32) -> f32 {
     if !is_finite(bitcast<u32>(sample)) {
         return MOST;
     }
-    let value = exact(params.sign * exact(sample - params.iso));
+    let value = params.sign * (sample - params.iso);
     let bits = bitcast<u32>(value);
     return select(select(MOST, -MOST, (bits >> 31u) == 1u), value, is_finite(bits));
 }
@@ -28,7 +28,7 @@ fn place(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
     loop {
         let running = s.phase < CONVERGED;
         if !running || s.phase == NEWTON {
-            let slope = exact3(density_gradient(select(s.at, s.low, running)) * params.slope);
+            let slope = density_gradient(select(s.at, s.low, running)) * params.slope;
             if !running {
                 gradient = slope;
                 break;
@@ -59,7 +59,7 @@ fn place(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
         normal = direction_of(gradient);
     }
     // Its normal points away from the expected one: it has reached another sheet of the surface; or it has left the box of the border.
-    let is_inside = all(s.at >= exact3(params.low - params.near)) && all(s.at <= exact3(params.high + params.near));
+    let is_inside = all(s.at >= params.low - params.near) && all(s.at <= params.high + params.near);
     let has_left = params.has_border == 1u && !is_inside;
     let is_astray = converged && (inner(normal, expected) < 0.0 || has_left);
     if is_singular {

@@ -42,9 +42,9 @@ fn begin(task: Task) -> Search {
     s.hint = task.hint;
     s.radius = task.radius;
     s.free = free_axes(task.fixed);
-    let step = exact(task.radius * 0.5);
+    let step = task.radius * 0.5;
     s.step = select(step, params.longest, params.longest < step);
-    let least = exact(largest(task.start) * RESOLUTION);
+    let least = largest(task.start) * RESOLUTION;
     s.epsilon = select(least, params.epsilon, params.epsilon > least);
     s.low = task.start;
     s.high = task.start;
@@ -61,10 +61,10 @@ fn outwards(value: f32, far: f32) -> f32 {
 
 // The point, or the place in its direction where the ball ends.
 fn within(s: ptr<function, Search>, p: vec3<f32>) -> vec3<f32> {
-    let offset = exact3(p - (*s).start);
+    let offset = p - (*s).start;
     let far = long(offset);
     if far > (*s).radius {
-        return exact3((*s).start + exact3(offset * exact((*s).radius / far)));
+        return (*s).start + (offset * ((*s).radius / far));
     }
     return p;
 }
@@ -81,7 +81,7 @@ fn give_up(s: ptr<function, Search>) {
 
 // A Newton step along the `slope` at `low`.
 fn aim(s: ptr<function, Search>, slope: vec3<f32>) {
-    let gradient = exact3(slope * (*s).free);
+    let gradient = slope * (*s).free;
     if !has_direction(gradient) {
         search_line(s);
         return;
@@ -90,14 +90,14 @@ fn aim(s: ptr<function, Search>, slope: vec3<f32>) {
     if all((*s).line == vec3<f32>(0.0)) {
         (*s).line = direction;
     }
-    let newton = exact(exact(exact(abs((*s).low_value) / long(gradient)) * 1.0625) + exact((*s).epsilon * 0.5));
+    let newton = ((abs((*s).low_value) / long(gradient)) * 1.0625) + ((*s).epsilon * 0.5);
     let step = select((*s).step, newton, newton < (*s).step);
-    (*s).at = within(s, exact3((*s).low + exact3(direction * outwards((*s).low_value, step))));
+    (*s).at = within(s, (*s).low + (direction * outwards((*s).low_value, step)));
 }
 
 fn search_line(s: ptr<function, Search>) {
     if all((*s).line == vec3<f32>(0.0)) {
-        (*s).line = exact3((*s).free * 0.57735026f);
+        (*s).line = (*s).free * 0.57735026f;
     }
     (*s).low = (*s).start;
     (*s).low_value = (*s).start_value;
@@ -108,13 +108,13 @@ fn search_line(s: ptr<function, Search>) {
 fn aim_line(s: ptr<function, Search>) {
     // 0.125, -0.125, 0.25 ... of the radius.
     let part = 0.125 * f32(1u << ((*s).round >> 1u));
-    let along = exact(select(part, -part, ((*s).round & 1u) == 1u) * (*s).radius);
-    (*s).at = exact3((*s).start + exact3((*s).line * outwards((*s).start_value, along)));
+    let along = select(part, -part, ((*s).round & 1u) == 1u) * (*s).radius;
+    (*s).at = (*s).start + ((*s).line * outwards((*s).start_value, along));
 }
 
 fn aim_hint(s: ptr<function, Search>) {
     let far = outwards((*s).start_value, select(3.0, 1.0, (*s).round == 0u));
-    (*s).at = within(s, exact3((*s).start + exact3((*s).hint * far)));
+    (*s).at = within(s, (*s).start + ((*s).hint * far));
 }
 
 // Takes the signed value at `at`, and asks for the next.
@@ -172,12 +172,12 @@ fn take(s: ptr<function, Search>, value: f32) {
 
 // Ends the search in a bracket that is short enough, or asks for a value in it.
 fn narrow(s: ptr<function, Search>) {
-    let along = exact3((*s).high - (*s).low);
+    let along = (*s).high - (*s).low;
     let far = long(along);
-    let secant = exact((*s).low_value / exact((*s).low_value - (*s).high_value));
+    let secant = (*s).low_value / ((*s).low_value - (*s).high_value);
     var t = select(0.5, secant, secant >= LEAST_PART && secant < 1.0);
     if far <= (*s).epsilon {
-        (*s).at = exact3((*s).low + exact3(along * t));
+        (*s).at = (*s).low + (along * t);
         (*s).phase = CONVERGED;
         return;
     }
@@ -185,10 +185,10 @@ fn narrow(s: ptr<function, Search>) {
         give_up(s);
         return;
     }
-    let nudge = exact(exact((*s).epsilon * NUDGE) / far);
-    t = exact(t + select(-nudge, nudge, t < 0.5));
+    let nudge = ((*s).epsilon * NUDGE) / far;
+    t = t + select(-nudge, nudge, t < 0.5);
     if (*s).round >= 4u && ((*s).round & 1u) == 0u {
         t = 0.5;
     }
-    (*s).at = exact3((*s).low + exact3(along * t));
+    (*s).at = (*s).low + (along * t);
 }

@@ -1,4 +1,4 @@
-// What the refiner's shaders share: its settings, what it counts, and sums and products that come out as the CPU's.
+// What the refiner's shaders share: its settings, what it counts, and lengths of vectors.
 
 // `Refining` in src/refine/gpu/params.rs, field by field.
 struct Refining {
@@ -73,21 +73,8 @@ fn item_of(id: vec3<u32>, groups: vec3<u32>) -> u32 {
     return id.y * groups.x * 64u + id.x;
 }
 
-// A sum or product as a driver cannot see through it: it would contract or reorder them.
-fn exact(v: f32) -> f32 {
-    return bitcast<f32>(bitcast<u32>(v) ^ params.nothing);
-}
-
-fn exact3(v: vec3<f32>) -> vec3<f32> {
-    return bitcast<vec3<f32>>(bitcast<vec3<u32>>(v) ^ vec3<u32>(params.nothing));
-}
-
-fn sum_of(v: vec3<f32>) -> f32 {
-    return exact(exact(v.x + v.y) + v.z);
-}
-
 fn inner(a: vec3<f32>, b: vec3<f32>) -> f32 {
-    return sum_of(exact3(a * b));
+    return (a.x * b.x + a.y * b.y) + a.z * b.z;
 }
 
 // The length of a vector; 0 below LEAST_GRADIENT. CPU twin: `length` in src/field/unit.rs.
@@ -96,13 +83,13 @@ fn long(v: vec3<f32>) -> f32 {
     if most < LEAST_GRADIENT {
         return 0.0;
     }
-    let scaled = exact3(v / most);
-    return exact(most * exact(sqrt(inner(scaled, scaled))));
+    let scaled = v / most;
+    return most * sqrt(inner(scaled, scaled));
 }
 
 // A vector that has a direction, at unit length.
 fn direction_of(v: vec3<f32>) -> vec3<f32> {
-    let scaled = exact3(v / largest(v));
-    let direction = exact3(scaled / exact(sqrt(inner(scaled, scaled))));
+    let scaled = v / largest(v);
+    let direction = scaled / sqrt(inner(scaled, scaled));
     return select(direction, vec3<f32>(0.0), direction == vec3<f32>(0.0));
 }

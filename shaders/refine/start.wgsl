@@ -65,7 +65,7 @@ fn keep_proper(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
 }
 
 fn stretch(a: u32, b: u32) {
-    let edge = bitcast<u32>(long(exact3(position(b) - position(a))));
+    let edge = bitcast<u32>(long(position(b) - position(a)));
     // NaN, where an edge is beyond the range of floats, does not count.
     if edge <= 0x7f800000u {
         atomicMax(&longest[a], edge);

@@ -21,8 +21,8 @@ fn fixed_axes(p: vec3<f32>, q: vec3<f32>) -> u32 {
     if params.has_border == 0u {
         return 0u;
     }
-    let on_low = (abs(exact3(p - params.low)) <= params.near) & (abs(exact3(q - params.low)) <= params.near);
-    let on_high = (abs(exact3(p - params.high)) <= params.near) & (abs(exact3(q - params.high)) <= params.near);
+    let on_low = (abs(p - params.low) <= params.near) & (abs(q - params.low) <= params.near);
+    let on_high = (abs(p - params.high) <= params.near) & (abs(q - params.high) <= params.near);
     return dot(vec3<u32>(on_low | on_high), vec3<u32>(1u, 2u, 4u));
 }
 
@@ -44,7 +44,7 @@ fn start_tasks(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
         return;
     }
     let p = position(v);
-    write(v, Task(p, exact(lengths[v] * REACH), vec3<f32>(0.0), fixed_axes(p, p)), p, direction_of(normal(v)));
+    write(v, Task(p, lengths[v] * REACH, vec3<f32>(0.0), fixed_axes(p, p)), p, direction_of(normal(v)));
 }
 
 // Towards the line where the tangent planes at the ends of an edge meet.
@@ -53,18 +53,18 @@ fn towards_crease(n: vec3<f32>, m: vec3<f32>, way: vec3<f32>, edge: f32) -> vec3
     if !(cos < CREASE && cos > -0.99f && edge > 0.0) {
         return vec3<f32>(0.0);
     }
-    let half = exact3(way * 0.5);
+    let half = way * 0.5;
     let to_a = -inner(n, half);
     let to_b = inner(m, half);
-    let rest = exact(1.0 - exact(cos * cos));
-    let by_n = exact(exact(to_a - exact(cos * to_b)) / rest);
-    let by_m = exact(exact(to_b - exact(cos * to_a)) / rest);
-    let x = exact3(exact3(n * by_n) + exact3(m * by_m));
-    let direction = exact3(half / exact(edge * 0.5));
+    let rest = 1.0 - (cos * cos);
+    let by_n = (to_a - (cos * to_b)) / rest;
+    let by_m = (to_b - (cos * to_a)) / rest;
+    let x = (n * by_n) + (m * by_m);
+    let direction = half / (edge * 0.5);
     let far_along = inner(x, direction);
-    let off = exact3(x - exact3(direction * far_along));
-    let most_along = exact(edge * 0.3);
-    let most_across = exact(edge * REACH);
+    let off = x - (direction * far_along);
+    let most_along = edge * 0.3;
+    let most_across = edge * REACH;
     var along = far_along;
     if along > most_along {
         along = most_along;
@@ -74,9 +74,9 @@ fn towards_crease(n: vec3<f32>, m: vec3<f32>, way: vec3<f32>, edge: f32) -> vec3
     let far = long(off);
     var across = off;
     if far > most_across {
-        across = exact3(off * exact(most_across / far));
+        across = off * (most_across / far);
     }
-    return exact3(exact3(direction * along) + across);
+    return (direction * along) + across;
 }
 
 // The midpoints of the edges that are split. The surface may bulge over an edge like an arc that meets the normals at
@@ -92,24 +92,24 @@ fn middle_tasks(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     let q = position(ends.y);
     let n = normal(ends.x);
     let m = normal(ends.y);
-    let middle = exact3(exact3(p * 0.5) + exact3(q * 0.5));
-    let way = exact3(q - p);
+    let middle = (p * 0.5) + (q * 0.5);
+    let way = q - p;
     let edge = long(way);
-    let sum = exact3(n + m);
+    let sum = n + m;
     var direction = n;
     if has_direction(sum) {
         direction = direction_of(sum);
     }
     // cos and tan of a half and a quarter of the angle between the normals.
-    var cos = exact(long(sum) * 0.5);
+    var cos = long(sum) * 0.5;
     if !(cos < 1.0) {
         cos = 1.0;
     }
-    let tan = exact(sqrt(exact(exact(1.0 - cos) / exact(1.0 + cos))));
-    let guess = exact(exact(edge * 0.625) * tan);
+    let tan = sqrt((1.0 - cos) / (1.0 + cos));
+    let guess = (edge * 0.625) * tan;
     let fixed = fixed_axes(p, q);
     let free = free_axes(fixed);
-    let hint = exact3(exact3(direction * select(params.epsilon, guess, guess > params.epsilon)) * free);
-    let start = exact3(middle + exact3(towards_crease(n, m, way, edge) * free));
-    write(splits[e].x, Task(start, exact(edge * REACH), hint, fixed), middle, direction);
+    let hint = (direction * select(params.epsilon, guess, guess > params.epsilon)) * free;
+    let start = middle + (towards_crease(n, m, way, edge) * free);
+    write(splits[e].x, Task(start, edge * REACH, hint, fixed), middle, direction);
 }

@@ -36,7 +36,8 @@ struct Params {
     margin: f32,
     // The box of sample points that the source buffer holds of a volume.
     source_first: vec3<u32>,
-    unused_b: u32,
+    // 0, which no compiler knows.
+    nothing: u32,
     source_extent: vec3<u32>,
     unused_c: u32,
     // What makes an offset of the slab the number of a vertex in the whole mesh: of a brick in an own

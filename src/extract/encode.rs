@@ -27,10 +27,10 @@ impl<'a> RunKernels<'a> {
         options: &Options,
     ) -> Result<Self, GpuError> {
         let (gpu, kernels) = (&extractor.gpu, &space.kernels);
-        // Emit of several batches takes the samples once more, and the tracker has taken them before.
-        let sampling = match space.plan.batches == 1 && !space.is_marked {
-            true => kernels.sampling(gpu, options.method, space.is_aligned)?,
-            false => None,
+        // The tracker has taken the samples before.
+        let sampling = match space.is_marked {
+            true => None,
+            false => kernels.sampling(gpu, options.method, space.is_aligned)?,
         };
         Ok(Self {
             method: kernels.of(gpu, options.method)?,

@@ -161,9 +161,7 @@ impl Extractor {
         let plan = Plan::new(source.grid(), source.scalar(), limits, most)?;
         let uploaded = old.filter(|_| plan.slab_count() == 1).and_then(Workspace::into_uploaded);
         let workspace = Workspace::new(gpu, source, plan, kernels, data, uploaded)?;
-        if workspace.plan.batches == 1 {
-            workspace.kernels.sampling(gpu, options.method, workspace.is_aligned)?;
-        }
+        workspace.kernels.sampling(gpu, options.method, workspace.is_aligned)?;
         let mut upload = None;
         self.take_source(&workspace, source, &mut upload)?;
         Ok((workspace, upload))

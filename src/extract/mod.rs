@@ -312,7 +312,7 @@ pub enum ExtractError {
     /// A field with more parameters than its buffer has places for.
     #[error(
         "the field has {given} parameters, and a GPU has room for {}: make numbers that do not change constants, or \
-         extract on the CPU", 4 * PARAMETER_VECTORS - 1
+         extract on the CPU", 4 * PARAMETER_VECTORS
     )]
     TooManyParameters {
         /// How many it has.
@@ -337,8 +337,7 @@ fn widest(ranges: &[[u32; 2]]) -> Option<(f32, f32)> {
 /// Whether a field's parameters have places. Before anything is compiled: a compiler refuses the places that are missing.
 pub(crate) fn check_parameters(wgsl: &Wgsl) -> Result<(), ExtractError> {
     let given = wgsl.parameters.len();
-    // The last place stays 0 (shaders/graph/exact.wgsl).
-    if given >= 4 * PARAMETER_VECTORS {
+    if given > 4 * PARAMETER_VECTORS {
         return Err(ExtractError::TooManyParameters { given });
     }
     Ok(())

@@ -79,8 +79,8 @@ impl SourceKernels {
         })
     }
 
-    /// Classify that takes a field's samples itself, where the device's form has it, compiled on the first call. Only for
-    /// where emit finds those very samples: what another kernel takes once more may differ in its last bits.
+    /// Classify that takes a field's samples itself, where the device's form has it, compiled on the first call. The sample stage
+    /// takes those of several batches once more for emit, and finds the same.
     pub(crate) fn sampling(
         &self,
         gpu: &Gpu,

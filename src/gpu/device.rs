@@ -227,6 +227,12 @@ impl Gpu {
         self.takes_samples
     }
 
+    /// Whether the adapter's own quotients and roots are the nearest floats, as lavapipe's and SwiftShader's are. Other forms than
+    /// theirs trust no adapter.
+    pub(super) fn rounds(&self) -> bool {
+        self.is_software() && self.form == Form::Serial
+    }
+
     /// How those of scan do.
     pub fn scan_form(&self) -> Form {
         self.scan_form

@@ -5,7 +5,7 @@
 
 use super::needs::MOST_GROUPS;
 use super::settings::{CALL_BYTES, CallSettings, for_device};
-use super::{Gpu, GpuError, Settings};
+use super::{Gpu, GpuError, Settings, exact};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -228,6 +228,8 @@ impl<K: PartialEq, T> Latest<K, T> {
     }
 }
 
+/// What the settings of kernels have whose arithmetic is the CPU's.
+const HIDDEN_ZERO: &str = "    nothing: u32,";
 /// What kernels with a field's text declare, and no others.
 const FIELD_PARAMETERS: &str = "var<uniform> field_parameters:";
 
@@ -254,9 +256,25 @@ pub struct Kernel {
 pub fn parse(source: &str) -> Result<(naga::Module, ModuleInfo), GpuError> {
     let module = naga::front::wgsl::parse_str(source)
         .map_err(|e| GpuError::Refused(format!("WGSL: {}", e.emit_to_string(source))))?;
-    let info = Validator::new(ValidationFlags::all(), Capabilities::SUBGROUP | Capabilities::IMMEDIATES)
-        .validate(&module)
-        .map_err(|e| GpuError::Refused(format!("WGSL: {}", e.emit_to_string(source))))?;
+    let info = validate(&module, source)?;
+    Ok((module, info))
+}
+
+fn validate(module: &naga::Module, source: &str) -> Result<ModuleInfo, GpuError> {
+    Validator::new(ValidationFlags::all(), Capabilities::SUBGROUP | Capabilities::IMMEDIATES)
+        .validate(module)
+        .map_err(|e| GpuError::Refused(format!("WGSL: {}", e.emit_to_string(source))))
+}
+
+/// An assembled shader with the CPU's arithmetic; `rounds` as in [`exact::functions`].
+pub(super) fn parse_exact(source: &str, rounds: bool) -> Result<(naga::Module, ModuleInfo), GpuError> {
+    if !source.contains(HIDDEN_ZERO) {
+        return parse(source);
+    }
+    let source = exact::functions(rounds) + source;
+    let (mut module, info) = parse(&source)?;
+    exact::hide_operations(&mut module, &info);
+    let info = validate(&module, &source)?;
     Ok((module, info))
 }
 
@@ -274,7 +292,7 @@ impl Kernel {
         gpu.check_limits()?;
         let is_of_field = source.contains(FIELD_PARAMETERS);
         let source = for_device(source, gpu.has_immediates());
-        let (module, info) = parse(&source).map_err(|error| match error {
+        let (module, info) = parse_exact(&source, gpu.rounds()).map_err(|error| match error {
             // The crate's own text is right: what is wrong is the field's.
             GpuError::Refused(why) if is_of_field => GpuError::FieldWgsl(why),
             error => error,
@@ -318,7 +336,7 @@ impl Kernel {
             });
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(entry),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
+                source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
             });
             let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry),

@@ -1,6 +1,7 @@
 //! Adapter, device, buffers, kernels and readback: what every GPU stage stands on.
 
 mod device;
+mod exact;
 mod form;
 pub mod kernel;
 mod loss;

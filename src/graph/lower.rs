@@ -241,6 +241,18 @@ impl Graph {
         }
     }
 
+    fn number(&mut self, value: f64) -> u32 {
+        self.part(Part::Constant(value.to_bits()))
+    }
+
+    /// What a part is the negative of.
+    fn negated(&self, number: u32) -> Option<u32> {
+        match self.parts[number as usize] {
+            Part::Op(Op::Unary(Unary::Neg), [inner, ..]) => Some(inner),
+            _ => None,
+        }
+    }
+
     /// An operation, folded and simplified where that changes no value (but for zeros' signs and NaN).
     fn op(&mut self, op: Op, mut parts: [u32; 3]) -> u32 {
         let constants = parts.map(|p| self.constant(p));
@@ -255,13 +267,26 @@ impl Graph {
             Op::Binary(Binary::Add | Binary::Sub) if kb == Some(0.0) => return a,
             Op::Binary(Binary::Mul) if ka == Some(1.0) => return b,
             Op::Binary(Binary::Mul | Binary::Div) if kb == Some(1.0) => return a,
+            // Drivers take NaN for impossible here, so that 0 times NaN must be 0 on the CPU, too.
+            Op::Binary(Binary::Mul) if ka == Some(0.0) || kb == Some(0.0) => return self.number(0.0),
+            Op::Binary(Binary::Div) if ka == Some(0.0) => return self.number(0.0),
+            Op::Binary(Binary::Sub) if a == b => return self.number(0.0),
+            Op::Binary(Binary::Add) if self.negated(a) == Some(b) || self.negated(b) == Some(a) => {
+                return self.number(0.0);
+            }
+            Op::Binary(Binary::Pow) if kb == Some(0.0) => return self.number(1.0),
             Op::Binary(Binary::Mul) if a == b => return self.op(Op::Unary(Unary::Square), [a, 0, 0]),
             Op::Binary(Binary::Min | Binary::Max) if a == b => return a,
             Op::Select if ka.is_some() => return if ka == Some(0.0) { c } else { b },
             Op::Select if b == c => return b,
             Op::Unary(Unary::Neg) => {
-                if let Part::Op(Op::Unary(Unary::Neg), [inner, ..]) = self.parts[a as usize] {
+                if let Some(inner) = self.negated(a) {
                     return inner;
+                }
+            }
+            Op::Unary(Unary::Abs) => {
+                if let Some(inner) = self.negated(a) {
+                    return self.op(op, [inner, 0, 0]);
                 }
             }
             _ => {}

@@ -187,7 +187,7 @@ operations! { Unary, VisitUnary, fn(f64) -> f64, (a), (a);
         interval: |a: Interval| {
             Interval::new(asin(a.lo), asin(a.hi)).grown(a.lo >= -1.0 && a.hi <= 1.0, 1e-5, 1e-6)
         },
-        wgsl: "iso_asin(A)", ["1.0 / sqrt(1.0 - iso_exact(A * A))"],
+        wgsl: "iso_asin(A)", ["1.0 / sqrt(1.0 - A * A)"],
         "iv_grown(vec2<f32>(iso_asin(A.x), iso_asin(A.y)), A.x >= -1.0 && A.y <= 1.0, 1e-5f, 1e-6f)",
     }
     /// Arc cosine, in radians
@@ -196,21 +196,21 @@ operations! { Unary, VisitUnary, fn(f64) -> f64, (a), (a);
         interval: |a: Interval| {
             Interval::new(acos(a.hi), acos(a.lo)).grown(a.lo >= -1.0 && a.hi <= 1.0, 1e-5, 1e-6)
         },
-        wgsl: "iso_acos(A)", ["-1.0 / sqrt(1.0 - iso_exact(A * A))"],
+        wgsl: "iso_acos(A)", ["-1.0 / sqrt(1.0 - A * A)"],
         "iv_grown(vec2<f32>(iso_acos(A.y), iso_acos(A.x)), A.x >= -1.0 && A.y <= 1.0, 1e-5f, 1e-6f)",
     }
     /// Arc tangent, in radians
     Atan {
         fold: f64::atan, value: atan, slopes: [|a: f32, _: f32| 1.0 / (1.0 + a * a)],
         interval: |a: Interval| Interval::new(atan(a.lo), atan(a.hi)).grown(a.is_bounded(), 1e-5, 1e-6),
-        wgsl: "iso_atan(A)", ["1.0 / (1.0 + iso_exact(A * A))"],
+        wgsl: "iso_atan(A)", ["1.0 / (1.0 + A * A)"],
         "iv_grown(vec2<f32>(iso_atan(A.x), iso_atan(A.y)), iv_bounded(A), 1e-5f, 1e-6f)",
     }
     /// Hyperbolic tangent
     Tanh {
         fold: f64::tanh, value: tanh, slopes: [|_: f32, v: f32| 1.0 - v * v],
         interval: |a: Interval| Interval::new(tanh(a.lo), tanh(a.hi)).grown(a.is_bounded(), 1e-5, 1e-6),
-        wgsl: "iso_tanh(A)", ["(1.0 - iso_exact(V * V))"],
+        wgsl: "iso_tanh(A)", ["(1.0 - V * V)"],
         "iv_grown(vec2<f32>(iso_tanh(A.x), iso_tanh(A.y)), iv_bounded(A), 1e-5f, 1e-6f)",
     }
 }
@@ -285,7 +285,7 @@ operations! { Binary, VisitBinary, fn(f64, f64) -> f64, (a, b), (a, b);
         slopes: [|a: f32, b: f32, _: f32| b / (a * a + b * b), |a: f32, b: f32, _: f32| -a / (a * a + b * b)],
         interval: iv::atan2,
         wgsl: "iso_atan2(A, B)",
-        ["B / (iso_exact(A * A) + iso_exact(B * B))", "-A / (iso_exact(A * A) + iso_exact(B * B))"],
+        ["B / (A * A + B * B)", "-A / (A * A + B * B)"],
         "iv_atan2(A, B)",
     }
 }

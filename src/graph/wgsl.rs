@@ -6,7 +6,6 @@
 use super::lattice::{Part, part_of, parts};
 use super::leaf::LeafWgsl;
 use super::lower::Program;
-use super::ops::{Binary, Unary};
 use super::tape::{Code, Instruction, Op, Operand};
 use crate::field::Planes;
 use std::collections::HashSet;
@@ -74,13 +73,6 @@ impl Writer<'_> {
     fn value_text(&self, i: &Instruction) -> String {
         let [a, b, c] = i.operands.map(|o| self.value(o));
         match i.op {
-            // A root too: Mesa makes `sqrt(a) * sqrt(a)` a.
-            Op::Unary(op @ (Unary::Square | Unary::Sqrt)) => {
-                format!("iso_exact({})", fill(op.wgsl().value, &a, "", ""))
-            }
-            Op::Binary(op @ (Binary::Add | Binary::Sub | Binary::Mul)) => {
-                format!("iso_exact({})", fill(op.wgsl().value, &a, &b, ""))
-            }
             Op::Unary(op) => fill(op.wgsl().value, &a, "", ""),
             Op::Binary(op) => fill(op.wgsl().value, &a, &b, ""),
             Op::Select => format!("select({b}, {c}, {a} == 0.0)"),
@@ -252,8 +244,8 @@ fn write_planes(program: &Program) -> Option<Planes> {
             let list =
                 |write: &dyn Fn(&Operand) -> String| known.iter().map(write).collect::<Vec<_>>().join(", ");
             format!(
-                "struct Density{ty} {{ {} }}\n\nfn density_{function}(at: vec3<f32>) -> Density{ty} {{\n    \
-                 let p = iso_point(at);\n{}    return Density{ty}({});\n}}\n\n",
+                "struct Density{ty} {{ {} }}\n\nfn density_{function}(p: vec3<f32>) -> Density{ty} {{\n\
+                 {}    return Density{ty}({});\n}}\n\n",
                 list(&|operand| format!("{}: f32", name(*operand))),
                 text_of(&writer, *part),
                 list(&|operand| writer.value(*operand)),
@@ -354,11 +346,11 @@ pub fn write(program: &Program) -> Texts {
     let LeafWgsl { value: leaf_values, gradient: leaf_gradients, interval: leaf_intervals } = leaves;
     Texts {
         value: format!(
-            "{leaf_values}fn density(at: vec3<f32>) -> f32 {{\n    let p = iso_point(at);\n{value}    return {};\n}}\n",
+            "{leaf_values}fn density(p: vec3<f32>) -> f32 {{\n{value}    return {};\n}}\n",
             writer.value(root)
         ),
         gradient: format!(
-            "{leaf_gradients}fn density_gradient(at: vec3<f32>) -> vec3<f32> {{\n    let p = iso_point(at);\n{gradient}    return {};\n}}\n",
+            "{leaf_gradients}fn density_gradient(p: vec3<f32>) -> vec3<f32> {{\n{gradient}    return {};\n}}\n",
             writer.gradient(root)
         ),
         interval: leaf_intervals + &interval,

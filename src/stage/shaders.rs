@@ -67,7 +67,7 @@ pub(crate) const CAP_GRADIENT: &str = include_str!("../../shaders/cap/gradient.w
 pub(crate) const CAP_INTERVAL: &str = include_str!("../../shaders/cap/interval.wgsl");
 const FORWARD: &str = include_str!("../../shaders/source/forward.wgsl");
 const STRADDLES: &str = include_str!("../../shaders/shared/straddles.wgsl");
-const EXACT: &str = include_str!("../../shaders/graph/exact.wgsl");
+const DERIVATIVE: &str = include_str!("../../shaders/graph/derivative.wgsl");
 const INTERVAL: &str = include_str!("../../shaders/graph/interval.wgsl");
 const BOUNDS: &str = include_str!("../../shaders/bounds.wgsl");
 const CULL: &str = include_str!("../../shaders/cull.wgsl");
@@ -147,7 +147,7 @@ fn field_part(wgsl: &Wgsl, functions: &str) -> String {
     } else {
         NO_LOOPS.into()
     };
-    link(&[FUNCTIONS, NOISE, &parameters, EXACT, data, functions, &loops])
+    link(&[FUNCTIONS, NOISE, &parameters, DERIVATIVE, data, functions, &loops])
 }
 
 /// Both functions: the gradient's text may have that of the value in it.

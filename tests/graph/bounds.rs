@@ -4,7 +4,7 @@ use crate::common::{self, Random};
 use crate::{field, gradients, on_gpu, reference, values};
 use isoforge::field::Field;
 use isoforge::graph::interval::Interval;
-use isoforge::graph::{x, y};
+use isoforge::graph::{Expr, x, y, z};
 
 /// 10⁵ random boxes: no value lies beyond the interval, and the field pruned to the box gives the same bits.
 ///
@@ -52,7 +52,7 @@ fn of_random_expressions() {
 
 /// Whole expressions give the same bits on a software GPU, sums and products in whatever order they stand.
 ///
-/// Goes red when `iso_exact` gives back what it is given: Mesa reorders sums.
+/// Goes red when `hide_operations` (src/gpu/exact.rs) leaves sums as they are: Mesa reorders them.
 #[test]
 fn same_bits_on_the_gpu() {
     let Some(gpu) = common::gpu().filter(|gpu| gpu.is_software()) else { return };
@@ -68,6 +68,34 @@ fn same_bits_on_the_gpu() {
                 "{a:?} on the GPU, {b:?} on the CPU: {sum:?}"
             );
         }
+    }
+}
+
+/// Drivers take NaN for impossible: what 0 times it is, and its difference from itself, both twins must agree on.
+///
+/// Goes red without the rules of `Graph::op` (src/graph/lower.rs) for 0, 1 and negatives.
+#[test]
+fn what_nan_cancels_out_of_is_a_number() {
+    let Some(gpu) = common::gpu() else { return };
+    let nan = || (z() * 2.0 + 3.0).asin();
+    let sums = [
+        x() + 0.0 * nan(),
+        x() + nan() * 0.0,
+        x() + Expr::from(0.0) / nan(),
+        x() + (nan() - nan()),
+        x() + (nan() + -nan()),
+        x() + (-nan() + nan()),
+        x() + (nan() * y() - y() * nan()),
+        x() + ((-nan()).abs() - nan().abs()),
+        x() + (nan().pow(0.0) - 1.0),
+        x() * (Expr::from(1.0) - 0.0) + 0.0 * y().ln(),
+    ];
+    let points: Vec<[f32; 3]> = (-4..5).map(|i| [i as f32 * 0.3, -1.0, i as f32 * 0.1]).collect();
+    for sum in sums {
+        let own = field(&sum);
+        let wanted: Vec<f32> = points.iter().map(|p| p[0]).collect();
+        assert_eq!(values(&own, &points), wanted, "{sum:?}");
+        assert_eq!(on_gpu::values(gpu, &own, &points), wanted, "{sum:?}");
     }
 }
 

@@ -6,7 +6,7 @@ use isoforge::gpu::kernel::{Bindings, Kernel, binding as b};
 use wgpu::BufferUsages as U;
 
 const INTERVAL: &str = include_str!("../../shaders/graph/interval.wgsl");
-const EXACT: &str = include_str!("../../shaders/graph/exact.wgsl");
+const DERIVATIVE: &str = include_str!("../../shaders/graph/derivative.wgsl");
 const FUNCTIONS: &str = include_str!("../../shaders/shared/functions.wgsl");
 const NOISE: &str = include_str!("../../shaders/shared/noise.wgsl");
 const IS_FINITE: &str = "fn is_finite(bits: u32) -> bool { return (bits & 0x7f800000u) != 0x7f800000u; }\n";
@@ -16,7 +16,11 @@ fn run(gpu: &Gpu, field: &dyn Field, text: &str, body: &str, input: &[f32], size
     let wgsl = field.wgsl().unwrap();
     let count = input.len() / sizes[0];
     let source = format!(
-        "{IS_FINITE}{FUNCTIONS}{NOISE}{EXACT}{text}
+        "{IS_FINITE}{FUNCTIONS}{NOISE}{DERIVATIVE}{text}
+        struct Params {{
+    nothing: u32,
+}}
+        @group(0) @binding(0) var<uniform> params: Params;
         @group(0) @binding(16) var<uniform> field_parameters: array<vec4<f32>, {PARAMETER_VECTORS}>;
         @group(0) @binding(17) var<storage, read> field_data: array<u32>;
         @group(0) @binding(2) var<storage, read> source: array<f32>;
@@ -43,8 +47,10 @@ fn run(gpu: &Gpu, field: &dyn Field, text: &str, body: &str, input: &[f32], size
     let data = buffer(bytemuck::cast_slice(&wgsl.data), 16, storage);
     let source = buffer(bytemuck::cast_slice(input), 16, storage);
     let out = buffer(&[], 4 * count * sizes[1], storage);
+    let params = buffer(&[], 16, U::UNIFORM | U::COPY_DST);
     let mut bindings = Bindings::default();
     bindings
+        .set(b::PARAMS, &params)
         .set(b::FIELD, &parameters)
         .set(b::FIELD_DATA, &data)
         .set(b::SOURCE, &source)

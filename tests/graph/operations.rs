@@ -5,6 +5,7 @@
 use crate::common::{self, Random};
 use crate::{field, gradients, on_gpu, reference, values};
 use isoforge::field::Field;
+use isoforge::graph::blobs::{Blobs, Component, Kernel};
 use isoforge::graph::interval::Interval;
 use isoforge::graph::ops::{Binary, Unary};
 use isoforge::graph::{Expr, x, y, z};
@@ -158,4 +159,35 @@ fn choice_and_change_of_place() {
     check("select", &choice, means, |p| (p[0] - p[1]).abs() > 1e-3);
     let moved = (x() * y() + z()).at([y() + 1.0, x() * 0.5, z().abs()]);
     check("at", &moved, |p| (p[1] + 1.0) * (p[0] * 0.5) + p[2].abs(), |p| p[2].abs() > 1e-3);
+}
+
+/// Goes red where a driver takes `(a * b) * c`, a function's or a leaf's last product and what follows it, as `(a * c) * b`:
+/// Mesa does, unless each result is kept from it (src/gpu/exact.rs).
+#[test]
+fn what_follows_a_function_or_a_leaf() {
+    let blob = |x| Component { position: [x, 0.2, -0.1], radius: 2.5, weight: 0.7 };
+    let blobs = Blobs::new(Kernel::SoftObject, vec![blob(-0.4), blob(0.9)]).unwrap();
+    let mut of = vec![("noise", Expr::noise(48)), ("blobs", blobs.expr())];
+    of.extend(Unary::ALL.iter().map(|op| ("a function", Expr::unary(*op, x() * 0.61))));
+    of.extend(Binary::ALL.iter().map(|op| ("a function of two", Expr::binary(*op, x(), y()))));
+    let Some(gpu) = common::gpu() else { return };
+    let mut random = Random(5);
+    let points: Vec<[f32; 3]> = (0..2000).map(|_| (random.in_ball() * 2.0).to_array()).collect();
+    for (name, part) in of {
+        let ball = (x().square() + y().square() + z().square()).sqrt() - 1.0;
+        let times = &part * 0.37 - z() * 0.31;
+        let moved = ball.at([(x() + &times) + y() * 0.3, y() + x() * z(), z()]);
+        for expr in [&times, &times.exponential_union(&ball, 0.3), &moved] {
+            let field = field(expr);
+            same_bits(name, &on_gpu::values(gpu, &field, &points), &values(&field, &points));
+            if field.wgsl().unwrap().planes.is_some() {
+                let by_planes = on_gpu::values_by_planes(gpu, &field, &points);
+                same_bits(name, &by_planes, &values(&field, &points));
+            }
+            let finite = |g: [f32; 3]| if g.iter().all(|v| v.is_finite()) { g } else { [f32::NAN; 3] };
+            let [of_gpu, of_cpu] = [on_gpu::gradients(gpu, &field, &points), gradients(&field, &points)]
+                .map(|g| g.into_iter().flat_map(finite).collect::<Vec<_>>());
+            same_bits(&format!("gradient of {name}"), &of_gpu, &of_cpu);
+        }
+    }
 }

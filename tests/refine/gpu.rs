@@ -70,7 +70,7 @@ fn named_fields() {
 /// Goes red when `is_flat` looks at one plane alone, when `close` stops short (marks.wgsl), without `towards_crease` and its
 /// limit along the edge (tasks.wgsl), when a search goes beyond its ball, never bisects or takes longer steps than it may
 /// (search.wgsl), when not the farthest midpoint is taken back, when a quadrilateral is cut along the other diagonal or a
-/// part wound the other way round (cut.wgsl), and where sums and products are left to the driver (`exact3`, shared.wgsl).
+/// part wound the other way round (cut.wgsl), and where sums and products are left to the driver (src/gpu/exact.rs).
 #[test]
 fn solids() {
     let fields = [
@@ -206,7 +206,7 @@ fn without_a_gradient() {
         let q = p * p;
         if p.x > 0.7 { return bitcast<f32>(0x7fc00000u); }
         if p.x < -0.8 { return bitcast<f32>(0xff800000u); }
-        return iso_exact(iso_exact(iso_exact(q.x) + iso_exact(q.y)) + iso_exact(q.z)) - 1.0;
+        return ((q.x + q.y) + q.z) - 1.0;
     }";
     let value = |x: f32, y: f32, z: f32| match x {
         x if x > 0.7 => f32::NAN,
