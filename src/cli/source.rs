@@ -252,7 +252,13 @@ fn is_file_name(text: &str) -> bool {
 fn load_formula(args: &SourceArgs, expr: &Expr) -> Result<(Loaded, Vec<String>), Failure> {
     let sense = args.inside.map_or(Sense::Below, Sense::from);
     let field = GraphField::new(expr, sense);
-    let unused = args.parameters.iter().find(|(name, _)| field.parameters().all(|(used, _)| used != name));
+    // A name may be in the text, and nothing depend on it: `(d * x)^0`.
+    let is_named = |name: &str| {
+        let others: Vec<_> = args.parameters.iter().filter(|(other, _)| other != name).cloned().collect();
+        formula::parse(&args.source, &others).is_err()
+    };
+    let is_unused = |name: &str| field.parameters().all(|(used, _)| used != name) && !is_named(name);
+    let unused = args.parameters.iter().find(|(name, _)| is_unused(name));
     if let Some((name, _)) = unused {
         let used: Vec<&str> = field.parameters().map(|(name, _)| name).collect();
         let used = if used.is_empty() { "no parameter".into() } else { used.join(", ") };
@@ -373,7 +379,7 @@ fn load_wgsl(args: &SourceArgs, path: &Path) -> Result<(Loaded, Vec<String>), Fa
         (Some(obstacle), _) => Some(format!("note: density stays on the GPU: {obstacle}")),
         (None, Some(operations)) => Some(format!(
             "note: density unrolls to {operations} operations: a GPU runs it as it is written, and its mesh may differ in last \
-             bits from the CPU's"
+             bits from the CPU's; normals are central differences there"
         )),
         (None, None) => None,
     };
@@ -407,7 +413,10 @@ fn grid(
     let [low, high] = args.bounds.or(bounds).unwrap_or([Vec3::splat(-half), Vec3::splat(half)]);
     Grid::from_bounds(cells.unwrap_or([CELLS; 3]), low, high).map_err(|error| match error {
         GridError::Cells { .. } => Failure::usage(format!("-n: {error}")),
-        _ => Failure::usage(format!("{} {error}", if args.bounds.is_some() { "--bounds:" } else { "-L:" })),
+        _ if args.bounds.is_some() => Failure::usage(format!("--bounds: {error}")),
+        // The scene's, or those that were found.
+        _ if bounds.is_some() && args.half_edge.is_none() => Failure::run(format!("bounds: {error}")),
+        _ => Failure::usage(format!("-L: {error}")),
     })
 }
 

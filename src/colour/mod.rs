@@ -61,10 +61,13 @@ impl Colouring {
             if !value.is_finite() {
                 return NO_VALUE;
             }
-            let part = match value.total_cmp(&low) {
-                std::cmp::Ordering::Equal if low == high => 0.5,
-                _ if low == high => f64::from(u8::from(value > low)),
-                _ => (value - low) / (high - low),
+            // −0 and 0 are one value.
+            let part = if low != high {
+                (value - low) / (high - low)
+            } else if value == low {
+                0.5
+            } else {
+                f64::from(u8::from(value > low))
             };
             self.table[(part.clamp(0.0, 1.0) * last as f64).round() as usize]
         };

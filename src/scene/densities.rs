@@ -105,14 +105,14 @@ fn component(item: &Item<'_>) -> Found<Ellipsoid> {
     let table = item.table("a table like { at = [0, 0, 0], radius = 1, weight = 1 }")?;
     let at = table.need("at", "its centre, three numbers")?.plain_triple()?;
     let position = at.map(|c| c as f32);
-    let (radius, weight) = (table.plain_or("radius", 1.0)? as f32, table.plain_or("weight", 1.0)? as f32);
+    let (radius, weight) = (table.setting_or("radius", 1.0)? as f32, table.setting_or("weight", 1.0)? as f32);
     let scale = table.get("scale").map_or(Ok([1.0; 3]), |item| item.plain_triple())?;
     let rotation = table.get("rotate").map_or(Ok(DQuat::IDENTITY), |item| {
         let table = item.table("a table { axis, degrees }, or turns for degrees")?;
         let axis = DVec3::from(table.need("axis", "its direction, three numbers")?.plain_triple()?);
         let turns = match (table.get("degrees"), table.get("turns")) {
-            (Some(degrees), None) => degrees.plain()? / 360.0,
-            (None, Some(turns)) => turns.plain()?,
+            (Some(degrees), None) => degrees.setting()? / 360.0,
+            (None, Some(turns)) => turns.setting()?,
             _ => return Err(table.fault(Fault::One { keys: vec!["`degrees`", "`turns`"] })),
         };
         let axis =
@@ -129,9 +129,9 @@ fn points(node: &Node<'_, '_>) -> Found<Made> {
     let table = &node.table;
     let kernel = kernel(node)?;
     // A lone point's surface lies at its radius, at this density or the one named.
-    let iso = table.get("iso").map_or(Ok(0.5), |item| item.plain())? as f32;
+    let iso = table.get("iso").map_or(Ok(0.5), |item| item.setting())? as f32;
     let support = match table.get("support") {
-        Some(item) => item.plain()? as f32,
+        Some(item) => item.setting()? as f32,
         None => match kernel.support_for(iso) {
             Some(support) => support,
             None => {
@@ -142,7 +142,7 @@ fn points(node: &Node<'_, '_>) -> Found<Made> {
         },
     };
     let options = components::OpenOptions {
-        radius: table.plain_or("radius", 1.0)? as f32,
+        radius: table.setting_or("radius", 1.0)? as f32,
         // The lists that points are sorted by take as much again, and half of that.
         max_bytes: node.files.left().map(|bytes| bytes / 5 * 2),
     };

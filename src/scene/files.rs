@@ -174,7 +174,7 @@ fn picture(node: &Node<'_, '_>) -> Found<Expr> {
     let table = &node.table;
     let (file, path) = table.file("file", "the picture's file")?;
     let item = table.need("size", "its extent in x and y, as [2, 1]")?;
-    let sides = item.list("two numbers above 0")?.iter().map(|n| n.plain()).collect::<Found<Vec<_>>>()?;
+    let sides = item.list("two numbers above 0")?.iter().map(|n| n.setting()).collect::<Found<Vec<_>>>()?;
     let [width, depth] = sides[..] else { return Err(item.type_fault("two numbers above 0")) };
     let failed = |source| file.fault(Fault::Picture { path: path.clone(), source });
     check_file(&path, u64::MAX).map_err(|error| failed(error.into()))?;

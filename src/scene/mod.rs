@@ -39,6 +39,7 @@ mod tree;
 pub use error::{Fault, Place, SceneError};
 
 use crate::field::Sense;
+use crate::graph::formula::Names;
 use crate::graph::{Expr, GraphField};
 use crate::grid::MAX_CELLS;
 use files::Files;
@@ -156,7 +157,7 @@ struct Given {
 /// The scene of a text.
 fn read(text: &str, path: &Path, files: &Files, given: &Given) -> Result<Scene, SceneError> {
     let prefix = given.prefix.clone();
-    let mut source = Source { path, text, prefix, names: Vec::new() };
+    let mut source = Source { path, text, prefix, names: Names::default() };
     let parsed = DeTable::parse(text).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
         source.fault(at, "", Fault::Syntax { message: error.message().trim_end().replace('\n', "; ") })
@@ -184,15 +185,15 @@ fn read(text: &str, path: &Path, files: &Files, given: &Given) -> Result<Scene, 
     if made.expr.is_longer_than(MOST_OPERATIONS) {
         return Err(source.fault(0, "", Fault::TooLong { most: MOST_OPERATIONS }));
     }
-    let parameters = source.names.iter().map(|(name, _)| name.clone()).collect();
+    let parameters = source.names.known().to_vec();
     Ok(Scene { expr: made.expr, sense, iso, bounds, cells, camera, refine, parameters, notes: Vec::new() })
 }
 
 /// The scene's parameters as names for its formulas.
-fn parameters(top: &Table<'_>, files: &Files, given: &Given) -> Result<Vec<(String, Expr)>, SceneError> {
-    let Some(item) = top.get("parameters") else { return Ok(Vec::new()) };
+fn parameters(top: &Table<'_>, files: &Files, given: &Given) -> Result<Names, SceneError> {
+    let mut names = Names::default();
+    let Some(item) = top.get("parameters") else { return Ok(names) };
     let table = item.table("a table of numbers, as in `[parameters]` and below `r = 0.4`")?;
-    let mut names = Vec::new();
     for (name, item) in table.entries() {
         item.check_name(name)?;
         let own = item.plain()?;
@@ -205,7 +206,7 @@ fn parameters(top: &Table<'_>, files: &Files, given: &Given) -> Result<Vec<(Stri
                 .find(|(chosen, value)| *chosen == name && (*value as f32).is_finite());
             Expr::parameter(&name, chosen.map_or(own, |(_, value)| *value))
         });
-        names.push((name.to_string(), value));
+        names.insert(name, value);
     }
     Ok(names)
 }

@@ -185,7 +185,7 @@ fn noise(node: &Node<'_, '_>) -> Found<Made> {
     let table = &node.table;
     let seed = table.whole("seed", 0, 0..u32::MAX)?;
     let octaves = table.whole("octaves", 1, 1..17)?;
-    let gain = table.plain_or("gain", 0.5)?;
+    let gain = table.setting_or("gain", 0.5)?;
     let noise = if octaves == 1 { Expr::noise(seed) } else { Expr::fbm(seed, octaves, gain) };
     let size = node.check(positive("size", table.number_or("size", 1.0)?))?;
     let per_unit = 1.0 / &size;

@@ -3,6 +3,7 @@
 use super::error::{Fault, Place, SceneError};
 use crate::excerpt::excerpt;
 use crate::field::{Field, Points, Sense};
+use crate::graph::formula::Names;
 use crate::graph::shapes::Vector;
 use crate::graph::{Expr, GraphField, formula};
 use std::cell::RefCell;
@@ -17,7 +18,7 @@ pub struct Source<'t> {
     pub text: &'t str,
     /// Before the names of parameters.
     pub prefix: String,
-    pub names: Vec<(String, Expr)>,
+    pub names: Names,
 }
 
 impl Source<'_> {
@@ -158,9 +159,9 @@ impl<'t> Table<'t> {
         self.get(key).map_or(Ok(default), |item| item.whole(range))
     }
 
-    /// A number as it stands, no formula.
-    pub fn plain_or(&self, key: &'static str, default: f64) -> Found<f64> {
-        self.get(key).map_or(Ok(default), |item| item.plain())
+    /// A number that is known when the file is read.
+    pub fn setting_or(&self, key: &'static str, default: f64) -> Found<f64> {
+        self.get(key).map_or(Ok(default), |item| item.setting())
     }
 }
 
@@ -234,7 +235,7 @@ impl<'t> Item<'t> {
     /// A number, or a formula of the scene's parameters (and of the point).
     pub fn number(&self) -> Found<Expr> {
         match self.value {
-            DeValue::String(text) => self.formula(text, &[]),
+            DeValue::String(text) => self.formula(text, &Names::default()),
             DeValue::Integer(_) | DeValue::Float(_) => Ok(self.plain()?.into()),
             _ => Err(self.type_fault(NUMBER)),
         }
@@ -256,10 +257,10 @@ impl<'t> Item<'t> {
         }
     }
 
-    /// A number of the scene as a whole: one number, or a formula of parameters at the values that they have.
+    /// A number that is known when the file is read: one number, or a formula of parameters at the values that they have.
     pub fn setting(&self) -> Found<f64> {
         let DeValue::String(text) = self.value else { return self.plain() };
-        let expr = self.formula(text, &[])?;
+        let expr = self.formula(text, &Names::default())?;
         let field = GraphField::new(&expr, Sense::Below);
         // One number wherever it is asked for, or it is none.
         let mut values = [0.0; 2];
@@ -272,7 +273,7 @@ impl<'t> Item<'t> {
         Err(self.fault(Fault::Range { wanted, found: self.written().into() }))
     }
 
-    /// A whole number of the scene as a whole, formulas rounded.
+    /// A whole number that is known when the file is read, formulas rounded.
     pub fn whole_setting(&self, range: Range<u32>) -> Found<u32> {
         if !matches!(self.value, DeValue::String(_)) {
             return self.whole(range);
@@ -297,9 +298,8 @@ impl<'t> Item<'t> {
     }
 
     /// `text`, which is this value, as a formula; `more` are names beside the scene's parameters.
-    pub fn formula(&self, text: &str, more: &[(String, Expr)]) -> Found<Expr> {
-        let names: Vec<(String, Expr)> = self.source.names.iter().chain(more).cloned().collect();
-        formula::parse_with(text, &names).map_err(|(fault, at)| {
+    pub fn formula(&self, text: &str, more: &Names) -> Found<Expr> {
+        formula::parse_with(text, &[&self.source.names, more]).map_err(|(fault, at)| {
             // Where the text stands in the file as it is, the caret can stand in it.
             let written = self.written();
             let quotes = written.find(text).unwrap_or(0);

@@ -134,7 +134,7 @@ fn affine(item: &Item<'_>) -> Found<DAffine3> {
         return Err(item.fault(Fault::Type { wanted, found: "a list of another length" }));
     }
     for (row, item) in rows.iter_mut().zip(list) {
-        let numbers = item.list(wanted)?.iter().map(|n| n.plain()).collect::<Found<Vec<_>>>()?;
+        let numbers = item.list(wanted)?.iter().map(|n| n.setting()).collect::<Found<Vec<_>>>()?;
         *row = numbers
             .try_into()
             .map_err(|_| item.fault(Fault::Type { wanted, found: "a row of another length" }))?;

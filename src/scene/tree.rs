@@ -5,6 +5,7 @@ use super::files::Files;
 use super::table::{Item, Source, Table};
 use super::{densities, files, solids, transform};
 use crate::graph::Expr;
+use crate::graph::formula::Names;
 use std::collections::{HashMap, HashSet};
 use toml::de::DeValue;
 
@@ -96,14 +97,15 @@ impl<'t> Node<'t, '_> {
     }
 
     /// Nodes under names of their own, for a formula.
-    pub fn named(&self) -> Found<Vec<(String, Expr)>> {
-        let Some(item) = self.table.get(WITH) else { return Ok(Vec::new()) };
+    pub fn named(&self) -> Found<Names> {
+        let mut names = Names::default();
+        let Some(item) = self.table.get(WITH) else { return Ok(names) };
         let table = item.table("a table of names for nodes, as in { d = \"body\" }")?;
-        let named = |(name, item): (&str, Item<'t>)| {
+        for (name, item) in table.entries() {
             item.check_name(name)?;
-            Ok((name.to_string(), self.part(&item)?.expr))
-        };
-        table.entries().into_iter().map(named).collect()
+            names.insert(name, self.part(&item)?.expr);
+        }
+        Ok(names)
     }
 }
 
@@ -124,7 +126,8 @@ fn make<'t>(item: &Item<'t>, files: &Files, made: &HashMap<&'t str, Made>) -> Fo
 
 /// The names of nodes that a node's table has, and those of nodes in place within it.
 fn references<'t>(item: &Item<'t>, out: &mut Vec<Item<'t>>) {
-    let Ok(table) = item.table(TABLE) else { return };
+    // No error is made where there is none: its excerpt takes time.
+    let Some(Ok(table)) = item.value.is_table().then(|| item.table(TABLE)) else { return };
     let mut collect = |item: Item<'t>| match item.value {
         DeValue::String(_) => out.push(item),
         // As deep as the file is nested, which its parser bounds.
@@ -132,7 +135,6 @@ fn references<'t>(item: &Item<'t>, out: &mut Vec<Item<'t>>) {
     };
     for (key, item) in table.entries() {
         if OPERANDS.contains(&key) {
-            // No error is made where there is none: its excerpt takes time.
             match item.value.is_array().then(|| item.list(NODE)) {
                 Some(Ok(items)) => items.into_iter().for_each(&mut collect),
                 _ => collect(item),

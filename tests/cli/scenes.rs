@@ -96,3 +96,18 @@ fn bad_input() {
     let run = isoforge(here.path(), &["extract", "none.toml"]);
     assert!(run.code == Some(1) && run.err.contains("none.toml cannot be read"), "{}", run.err);
 }
+
+/// The box that makes no grid is called by the name of who gave it.
+#[test]
+fn a_box_that_is_no_grid() {
+    let here = folder();
+    write(here.path(), &format!("bounds = [[16777215, 0, 0], [16777217, 1, 1]]\n{BALL}"));
+    let args = ["extract", "s.toml", "-o", "m.ply"];
+    for (more, code, words) in [
+        (&[][..], 1, "isoforge: bounds: the grid is so far"),
+        (&["--bounds", "16777215,0,0,16777217,1,1"], 2, "isoforge: --bounds: the grid is so far"),
+    ] {
+        let run = isoforge(here.path(), &[&args, more].concat());
+        assert!(run.code == Some(code) && run.err.starts_with(words), "{:?} {}", run.code, run.err);
+    }
+}

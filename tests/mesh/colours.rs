@@ -104,6 +104,9 @@ fn maps_and_ranges() {
     assert_eq!(of([1.0, 3.0], &[f32::NAN, f32::INFINITY, -f32::INFINITY]), [NO_VALUE; 3]);
     assert_eq!(of([2.0, 2.0], &[1.0, 2.0, 3.0]), [table[0], table[last.div_ceil(2)], table[last]]);
     assert_eq!(of([-f32::MAX, f32::MAX], &[0.0]), [table[last.div_ceil(2)]]);
+    // A constant 0 has either sign.
+    assert_eq!(of([-0.0, 0.0], &[-0.0, 0.0]), [table[last.div_ceil(2)]; 2]);
+    assert_eq!(of([3.0, 1.0], &[0.0, 3.0, 1.0]), [table[last], table[0], table[last]]);
 
     let mut values: Vec<f32> = (0..=100).map(|i| i as f32).rev().collect();
     values.extend([f32::NAN, f32::INFINITY]);

@@ -311,6 +311,22 @@ fn reading_takes_no_longer_than_the_file() {
     let start = std::time::Instant::now();
     scene(&text);
     assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+
+    // Nor where each formula looks for its name among all of them.
+    let count = 40_000;
+    let mut text = String::from("[parameters]\n");
+    (0..count).for_each(|i| text += &format!("p{i} = 0.5\n"));
+    text += "[nodes.a]\nkind = 'union'\nof = [\n";
+    (0..count).for_each(|i| text += &format!("  {{ kind = 'sphere', radius = 'p{i}' }},\n"));
+    let start = std::time::Instant::now();
+    scene(&(text + "]\n"));
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+
+    // Nor where what should be nodes is none.
+    let start = std::time::Instant::now();
+    let error = super::parse(&format!("[nodes.a]\nkind = 'union'\nof = [{}]", "0,\n".repeat(400_000)));
+    assert!(error.unwrap_err().to_string().contains("nodes.a.of[0]: a number stands here"));
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
 }
 
 #[test]

@@ -56,3 +56,35 @@ fn the_module_of_2003() {
         assert!(plain.refine.flatness > Some(0.5) && plain.refine.depth > Some(1), "{name}");
     }
 }
+
+/// Numbers that are known once the file is read are formulas of parameters, too: each was refused as a text once.
+#[test]
+fn numbers_of_lists_and_files_follow_parameters() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("p.xyz"), "2\n\nC 0 0 0\nC 1 0 0\n").unwrap();
+    let picture = image::GrayImage::from_fn(4, 3, |x, y| image::Luma([(40 * x + 20 * y) as u8]));
+    picture.save(folder.path().join("p.png")).unwrap();
+    let values = |keys: &str, k: f64| {
+        let text = format!("[parameters]\nk = 7\n[nodes.a]\n{keys}");
+        let options = OpenOptions { parameters: vec![("k".into(), k)], ..OpenOptions::default() };
+        let scene = Scene::parse(&text, &folder.path().join("test.toml"), &options);
+        super::values(&scene.unwrap_or_else(|error| panic!("{error}")).field())
+    };
+    for (keys, number) in [
+        ("kind = 'blobs'\ncomponents = [{ at = [0, 0, 0], radius = N, weight = N }]", 0.5),
+        (
+            "kind = 'blobs'\ncomponents = [{ at = [0, 0, 0], rotate = { axis = [1, 2, 3], turns = N }, scale = [1, 2, 1] }]",
+            0.125,
+        ),
+        ("kind = 'points'\nfile = 'p.xyz'\niso = N", 0.25),
+        ("kind = 'points'\nfile = 'p.xyz'\nsupport = N\nradius = N", 1.5),
+        ("kind = 'noise'\noctaves = 3\ngain = N", 0.75),
+        ("kind = 'sphere'\nradius = 1\naffine = [[N, 0, 0, N], [0, 1, 0, 0], [0, 0, 1, 0]]", 0.5),
+        ("kind = 'heightfield'\nfile = 'p.png'\nheight = 1\nsize = [N, 2]", 3.0),
+    ] {
+        let [formula, plain] =
+            ["'2*k/2'".to_string(), format!("{number:?}")].map(|n| values(&keys.replace('N', &n), number));
+        assert!(formula == plain, "{keys}");
+        assert!(plain.iter().any(|v| *v != plain[0]), "{keys}: a constant field tells nothing");
+    }
+}

@@ -33,20 +33,48 @@ use std::collections::HashMap;
 /// # Errors
 /// [`FormulaError`].
 pub fn parse(text: &str, parameters: &[(String, f64)]) -> Result<Expr, FormulaError> {
-    // The name's last value counts, as on command lines.
-    let names =
-        parameters.iter().map(|(name, value)| (name.as_str(), (Expr::parameter(name, *value), *value)));
-    let found = Parser::new(text, names).run();
-    found.map_err(|(fault, at)| {
+    let mut names = Names::default();
+    for (name, value) in parameters {
+        names.add(name, Expr::parameter(name, *value), *value);
+    }
+    Parser::new(text, &[&names]).run().map_err(|(fault, at)| {
         let Excerpt { text: excerpt, .. } = excerpt(text, at);
         FormulaError { fault, at, excerpt }
     })
 }
 
-/// The expression that `text` is, where `names` stand for other expressions. An error is a fault and its byte.
-pub(crate) fn parse_with(text: &str, names: &[(String, Expr)]) -> Result<Expr, (Fault, usize)> {
-    // Their values are checked by who gives them.
-    Parser::new(text, names.iter().map(|(name, expr)| (name.as_str(), (expr.clone(), 0.0)))).run()
+/// The expression that `text` is, where `names` stand for other expressions; those of the last list that has a name count. An
+/// error is a fault and its byte.
+pub(crate) fn parse_with(text: &str, names: &[&Names]) -> Result<Expr, (Fault, usize)> {
+    Parser::new(text, names).run()
+}
+
+/// Names beside those of formulas, found at once, however many they are and however many formulas look for them.
+#[derive(Debug, Default)]
+pub(crate) struct Names {
+    /// In the caller's order.
+    known: Vec<String>,
+    /// Of each its expression, shared by all places, and its value.
+    exprs: HashMap<String, (Expr, f64)>,
+}
+
+impl Names {
+    /// Adds a name; its last value counts, as on command lines.
+    fn add(&mut self, name: &str, expr: Expr, value: f64) {
+        if self.exprs.insert(name.into(), (expr, value)).is_none() {
+            self.known.push(name.into());
+        }
+    }
+
+    /// Adds a name whose value is checked by who gives it.
+    pub fn insert(&mut self, name: &str, expr: Expr) {
+        self.add(name, expr, 0.0);
+    }
+
+    /// All of them.
+    pub fn known(&self) -> &[String] {
+        &self.known
+    }
 }
 
 /// Whether a name means a coordinate or a constant in formulas.
@@ -84,19 +112,18 @@ type Outcome<T> = Result<T, (Fault, usize)>;
 
 struct Parser<'a> {
     text: &'a str,
-    /// Of each parameter, its expression, shared by all places, and its value.
-    names: HashMap<&'a str, (Expr, f64)>,
-    /// Their names in the caller's order.
-    known: Vec<&'a str>,
+    names: &'a [&'a Names],
     values: Vec<Value>,
     waiting: Vec<Waiting>,
 }
 
 impl<'a> Parser<'a> {
-    fn new(text: &'a str, names: impl Iterator<Item = (&'a str, (Expr, f64))>) -> Self {
-        let names: Vec<_> = names.collect();
-        let known = names.iter().map(|(name, _)| *name).collect();
-        Self { text, names: names.into_iter().collect(), known, values: Vec::new(), waiting: Vec::new() }
+    fn new(text: &'a str, names: &'a [&'a Names]) -> Self {
+        Self { text, names, values: Vec::new(), waiting: Vec::new() }
+    }
+
+    fn given(&self, name: &str) -> Option<&'a (Expr, f64)> {
+        self.names.iter().rev().find_map(|names| names.exprs.get(name))
     }
 
     fn run(mut self) -> Outcome<Expr> {
@@ -198,13 +225,13 @@ impl<'a> Parser<'a> {
     }
 
     fn is_number(&self, name: &str) -> bool {
-        is_reserved(name) || self.names.contains_key(name)
+        is_reserved(name) || self.given(name).is_some()
     }
 
     fn name(&self, word: Word) -> Outcome<Value> {
         let name = &self.text[word.start..word.end];
         let err = |fault| Err((fault, word.start));
-        let given = self.names.get(name);
+        let given = self.given(name);
         if given.is_some() && is_reserved(name) {
             return err(Fault::Reserved { name: name.into() });
         }
@@ -223,7 +250,8 @@ impl<'a> Parser<'a> {
                 if let Some(function) = FUNCTIONS.iter().find(|f| f.name == name) {
                     return err(Fault::NoArguments { name: function.name });
                 }
-                let known: Vec<String> = self.known.iter().map(|name| (*name).to_string()).collect();
+                let known: Vec<String> =
+                    self.names.iter().flat_map(|names| names.known().iter().cloned()).collect();
                 let closest = closest(name, known.iter().map(String::as_str).chain(["pi", "tau"]));
                 return err(Fault::UnknownName { name: short(name), closest, known });
             }
