@@ -34,6 +34,8 @@ pub struct Sweep {
     pub seconds: Seconds,
     /// The longest frame.
     pub longest: f64,
+    /// All frames.
+    pub total: f64,
     /// Triangles of all meshes.
     pub triangles: u64,
 }
@@ -116,5 +118,6 @@ pub(super) fn sweep(
         seconds.push(start.elapsed().as_secs_f64());
     }
     let longest = seconds.iter().copied().fold(0.0, f64::max);
-    Ok(Some(Sweep { values, seconds: Seconds::of(&seconds).unwrap_or_default(), longest, triangles }))
+    let total = seconds.iter().sum();
+    Ok(Some(Sweep { values, seconds: Seconds::of(&seconds).unwrap_or_default(), longest, total, triangles }))
 }

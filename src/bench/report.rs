@@ -144,7 +144,7 @@ impl fmt::Display for BenchReport {
                     s.values,
                     ms(s.seconds.median),
                     ms(s.longest),
-                    s.triangles as f64 * 1e-6 / (s.seconds.median * f64::from(s.values))
+                    s.triangles as f64 * 1e-6 / s.total
                 )?;
             }
         }

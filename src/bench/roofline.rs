@@ -175,7 +175,8 @@ fn bytes_of(row: &Row, stage: &str) -> u64 {
         "sample" => row.active_bricks * samples,
         "classify" => row.active_bricks * (samples + record + 8),
         "scan" => row.active_bricks * 24,
-        "emit" => row.active_bricks * (samples + record + 8) + 24 * row.vertices + 12 * row.triangles,
+        // The samples at both ends of each vertex's edge.
+        "emit" => row.active_bricks * (record + 8) + (2 * sample + 24) * row.vertices + 12 * row.triangles,
         _ => 0,
     }
 }

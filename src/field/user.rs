@@ -56,6 +56,8 @@ pub struct UserField {
     rewritten: Arc<str>,
     graph: Option<(Expr, GraphField)>,
     obstacle: Option<Obstacle>,
+    /// Whether drivers take the function as it is written.
+    runs_on_gpu: bool,
 }
 
 impl UserField {
@@ -73,11 +75,19 @@ impl UserField {
         // naga walks expressions by recursion: deep ones need more stack than a thread has by default.
         std::thread::scope(|scope| {
             let check = || Self::check(source, file, sense);
-            let thread = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, check);
-            let result = thread.ok().and_then(|thread| thread.join().ok());
-            let message =
+            let fail = |message: String| Err(locate(source, file, None, message));
+            let thread = match std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, check) {
+                Ok(thread) => thread,
+                Err(error) => {
+                    let room = STACK >> 20;
+                    return fail(format!(
+                        "there is no room for a stack of {room} MiB to check it with: {error}"
+                    ));
+                }
+            };
+            let too_deep =
                 "the source is too deeply nested to be checked here: write it in shorter expressions";
-            result.unwrap_or_else(|| Err(locate(source, file, None, message.into())))
+            thread.join().unwrap_or_else(|_| fail(too_deep.into()))
         })
     }
 
@@ -123,8 +133,10 @@ impl UserField {
             Ok(graph) => (Some(graph), None),
             Err(obstacle) => (None, Some(obstacle)),
         };
+        let pointers = check_pointers(&module);
+        let runs_on_gpu = pointers.is_ok();
         if graph.as_ref().is_none_or(|(_, graph)| graph.operations() > MOST_ON_GPU) {
-            check_pointers(&module).map_err(|(span, message)| error(span, message))?;
+            pointers.map_err(|(span, message)| error(span, message))?;
         }
         count_loops(&mut module);
         rename(&mut module);
@@ -140,7 +152,7 @@ impl UserField {
             );
             error(None, message)
         })?;
-        Ok(Self { sense, rewritten: rewritten.into(), graph, obstacle })
+        Ok(Self { sense, rewritten: rewritten.into(), graph, obstacle, runs_on_gpu })
     }
 }
 
@@ -168,6 +180,9 @@ impl Field for UserField {
     fn wgsl(&self) -> Result<Wgsl, NoForm> {
         if let Some(graph) = self.graph().filter(|graph| graph.operations() <= MOST_ON_GPU) {
             return graph.wgsl();
+        }
+        if !self.runs_on_gpu {
+            return Err(NoForm::Gpu);
         }
         Ok(Wgsl {
             value: self.rewritten.clone(),

@@ -30,6 +30,27 @@ fn the_reason_for_a_black_box_is_told() {
             "let n = i32(p.x);\nreturn f32(n * n * n * 15731);",
             "integer `*`, whose result may be large, at line 2",
         ),
+        // Integers that are chosen are computed with as f32, which holds none of these.
+        (
+            "let h = select(3735928559u, 305419896u, p.x > 0.0);\nreturn f32(h & 255u);",
+            "an integer that varies and may be large at line 2",
+        ),
+        (
+            "var s = 16777217; if p.x > 0.0 { s = 0; }\nreturn f32(s - 16777216);",
+            "an integer that varies and may be large at line 2",
+        ),
+        (
+            "let h = select(4294967295u, 0u, p.x > 0.0);\nreturn f32(i32(h));",
+            "an integer that varies and may be large at line 2",
+        ),
+        (
+            "let h = select(16777217u, 0u, p.x > 0.0);\nif h == 16777216u { return 1.0; } return p.x;",
+            "an integer that varies and may be large at line 2",
+        ),
+        (
+            "let h = array<u32, 4>(3735928559u, 1u, 2u, 3u);\nreturn f32(h[u32(p.x)] % 7u);",
+            "an integer that varies and may be large at line 2",
+        ),
         ("var a: array<f32, 4>;\na[i32(p.x)] = 1.0; return a[0];", "an element whose index varies at line 2"),
         ("return f32(frexp(p.x).exp);", "`frexp` at line 1"),
         ("return f32(\n  countOneBits(u32(p.x)));", "`countOneBits` at line 2"),
@@ -74,6 +95,13 @@ fn hostile_functions() {
     assert!(field(&density("var a: array<f32, 100000000>; return a[7] + p.x;")).obstacle().is_some());
     let idle = "var i = 0; loop { i = i * 1; if i > 3 { break; } } return p.x;";
     assert!(field(&density(idle)).obstacle().is_some());
+    let table = "var a: array<array<f32, 64>, 64>; var b: array<f32, 4096>;
+        for (var i = 0; i < 64; i++) { for (var j = 0; j < 64; j++) { a[i][j] = f32(i * j); } }
+        let k = u32(p.x) & 63u; for (var i = 0; i < 4096; i++) { b[i] = a[k][k]; } return b[7];";
+    assert!(field(&density(table)).obstacle().is_some());
+    let zeros = "var a: array<array<array<f32, 64>, 64>, 64>; let k = u32(p.x) & 63u; var sum = 0.0;
+        for (var i = 0; i < 50000; i++) { sum += a[k][k][k]; } return sum;";
+    assert!(field(&density(zeros)).obstacle().is_some());
     assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
 }
 
@@ -86,6 +114,8 @@ fn pointers_to_parts() {
         density("var q = array<f32, 2>(p.x, p.y); grow(&q[1], p.z); return q[1];")
     ));
     assert_eq!(at(&lowered, [1.0, 2.0, 3.0]), 5.0);
+    assert!(lowered.wgsl().is_ok());
+    assert_eq!(lowered.as_written().wgsl(), Err(NoForm::Gpu));
     let body =
         "var q = array<f32, 2>(p.x, p.y);\n grow(&q[1], p.z); while q[0] < 1.0 { q[0] += 1.0; } return q[1];";
     let found = UserField::new(&format!("{grow}{}", density(body)), "user.wgsl", Sense::Below);

@@ -160,6 +160,58 @@ fn cases() -> Vec<Case> {
             },
         ),
         case(
+            "early returns of functions that change what they are pointed to",
+            "fn low(d: ptr<function, f32>, r: f32) { if r < 0.5 { return; } *d = r - 1.0; }
+            fn tried(d: ptr<function, f32>, x: f32) -> bool {
+                if x < 0.0 { return false; }
+                *d += x;
+                if x > 1.0 { *d *= 2.0; return false; }
+                *d -= 3.0;
+                return true;
+            }
+            fn first(d: ptr<function, f32>, p: vec3<f32>) {
+                var a = p;
+                for (var i = 0; i < 3; i++) {
+                    if a[i] > 0.75 { *d += 10.0 * f32(i); low(d, a[i]); return; }
+                    *d += 1.0;
+                }
+                switch i32(floor(p.y)) { case -1: { *d *= 3.0; return; } default: { *d += p.z; } }
+                *d += 0.5;
+            }
+            fn density(p: vec3<f32>) -> f32 {
+                var d = 0.25; var e = 0.0; var f = p.z;
+                low(&d, length(p));
+                if tried(&e, p.x) { e += 100.0; }
+                first(&f, p);
+                return d + e + f;
+            }",
+            |[x, y, z]| {
+                let low = |d: f64, r: f64| if r < 0.5 { d } else { r - 1.0 };
+                let e = match x {
+                    x if x < 0.0 => 0.0,
+                    x if x > 1.0 => 2.0 * x,
+                    x => x - 3.0 + 100.0,
+                };
+                let mut f = z;
+                let mut first = || {
+                    for (i, a) in [x, y, z].into_iter().enumerate() {
+                        if a > 0.75 {
+                            f = low(f + 10.0 * i as f64, a);
+                            return;
+                        }
+                        f += 1.0;
+                    }
+                    if y.floor() == -1.0 {
+                        f *= 3.0;
+                        return;
+                    }
+                    f += z + 0.5;
+                };
+                first();
+                low(0.25, length([x, y, z])) + e + f
+            },
+        ),
+        case(
             "functions of numbers",
             density(
                 "return clamp(p.x, -0.5, 0.75) + mix(p.x, p.y, 0.25) + step(0.3, p.z) + smoothstep(-1.0, 1.0, p.y) + sign(p.z)

@@ -109,7 +109,7 @@ pub enum Fault {
         value: f64,
     },
     /// A parameter that is NaN or infinite.
-    #[error("the parameter `{name}` is {value}: give a finite number")]
+    #[error("the parameter `{name}` is {value:e}: give a finite 32-bit number, up to 3.4e38")]
     Parameter {
         /// The parameter.
         name: String,

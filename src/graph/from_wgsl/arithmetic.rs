@@ -98,6 +98,14 @@ fn symbol(op: Op) -> &'static str {
     }
 }
 
+/// An integer that is chosen among some is computed with as `f32`: so it must be no larger than these hold.
+pub fn check_exact(a: &Whole) -> Found<()> {
+    if a.expr.is_some() && (a.low < -EXACT || a.high > EXACT) {
+        return Err(no_form("an integer that varies and may be large"));
+    }
+    Ok(())
+}
+
 fn whole(op: Op, a: &Whole, b: &Whole) -> Found<Scalar> {
     let unsigned = a.unsigned;
     let order = if a.high < b.low {
@@ -109,6 +117,10 @@ fn whole(op: Op, a: &Whole, b: &Whole) -> Found<Scalar> {
     } else {
         None
     };
+    if order.is_none() || compare(op, order, &a.expr(), &b.expr()).is_none() {
+        check_exact(a)?;
+        check_exact(b)?;
+    }
     if let Some(truth) = compare(op, order, &a.expr(), &b.expr()) {
         // Where the ranges touch, `<=` and `>=` may still be certain.
         let certain = match op {
@@ -186,7 +198,10 @@ pub fn unary(op: UnaryOperator, a: &Scalar) -> Found<Scalar> {
         }
         (UnaryOperator::Negate, Scalar::Whole(a)) => match a.value() {
             Some(value) => Scalar::Whole(Whole::known(a.unsigned, -value)),
-            None => Scalar::Whole(Whole { low: -a.high, high: -a.low, expr: Some(-a.expr()), ..a.clone() }),
+            None => {
+                check_exact(a)?;
+                Scalar::Whole(Whole { low: -a.high, high: -a.low, expr: Some(-a.expr()), ..a.clone() })
+            }
         },
         (UnaryOperator::LogicalNot, Scalar::Bool(a)) => Scalar::Bool(a.not()),
         (UnaryOperator::BitwiseNot, Scalar::Whole(a)) if a.value().is_some() => {
@@ -219,8 +234,9 @@ pub fn convert(a: &Scalar, to: ScalarKind) -> Found<Scalar> {
             binary(Op::NotEqual, a, &Scalar::Whole(zero))?
         }
         (_, Scalar::Float(a)) => Scalar::Whole(match a.known {
-            Some(known) if unsigned => Whole::known(true, i64::from(known as u32)),
-            Some(known) => Whole::known(false, i64::from(known as i32)),
+            // The largest floats that the types hold.
+            Some(known) if unsigned => Whole::known(true, i64::from(known.min(4_294_967_040.0) as u32)),
+            Some(known) => Whole::known(false, i64::from(known.min(2_147_483_520.0) as i32)),
             None => {
                 let low = if unsigned { 0 } else { -CONVERTED };
                 let whole = if unsigned { a.expr.floor().max(0.0) } else { compound::trunc(&a.expr) };
@@ -234,7 +250,10 @@ pub fn convert(a: &Scalar, to: ScalarKind) -> Found<Scalar> {
         (_, Scalar::Whole(a)) => Scalar::Whole(match a.value() {
             Some(value) => Whole::known(unsigned, value),
             None if unsigned && a.low < 0 => return Err(no_form("`u32` of an integer that may be negative")),
-            None => Whole { unsigned, ..a.clone() },
+            None => {
+                check_exact(a)?;
+                Whole { unsigned, ..a.clone() }
+            }
         }),
     })
 }

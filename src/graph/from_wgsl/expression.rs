@@ -7,7 +7,6 @@ use super::truth::Truth;
 use super::value::{Float, Place, Scalar, Value, Whole};
 use super::{Found, What, arithmetic, math};
 use naga::{BinaryOperator, Expression, Handle, Literal, ScalarKind, Type, TypeInner};
-use std::cell::Cell;
 
 fn no_form(what: &str) -> What {
     What::NoForm { what: what.into() }
@@ -57,7 +56,7 @@ impl<'a> Lowering<'a> {
                 let Value::Pointer(place) = self.value(frame, state, *pointer)? else {
                     return Err(no_form("a global variable"));
                 };
-                load(&state.slots[place.slot], &place.path)
+                self.load(&state.slots[place.slot], &place.path)
             }
             expression => self.of_parts(expression, &mut |lowering, part| lowering.value(frame, state, part)),
         }
@@ -100,12 +99,12 @@ impl<'a> Lowering<'a> {
             }
             Expression::AccessIndex { base, index } => {
                 let base = get(self, base)?;
-                access(&base, Whole::known(true, index.into()))
+                self.access(&base, Whole::known(true, index.into()))
             }
             Expression::Access { base, index } => {
                 let (base, index) = (get(self, base)?, get(self, index)?);
                 match index {
-                    Value::Scalar(Scalar::Whole(index)) => access(&base, index),
+                    Value::Scalar(Scalar::Whole(index)) => self.access(&base, index),
                     _ => Err(no_form("this index")),
                 }
             }
@@ -119,7 +118,7 @@ impl<'a> Lowering<'a> {
             Expression::Select { condition, accept, reject } => {
                 let (condition, accept, reject) =
                     (get(self, condition)?, get(self, accept)?, get(self, reject)?);
-                select(&condition, &accept, &reject)
+                self.select(&condition, &accept, &reject)
             }
             Expression::Relational { fun, argument } => math::relational(fun, &get(self, argument)?),
             Expression::Math { fun, arg, arg1, arg2, arg3 } => {
@@ -130,6 +129,55 @@ impl<'a> Lowering<'a> {
             Expression::As { convert: None, .. } => Err(no_form("`bitcast`")),
             Expression::As { expr, kind, .. } => convert(&get(self, expr)?, kind),
             _ => Err(no_form("an expression")),
+        }
+    }
+
+    /// A part of a value, or a pointer to one.
+    fn access(&mut self, base: &Value, index: Whole) -> Found<Value> {
+        match base {
+            Value::Pointer(place) => {
+                let mut path = place.path.clone();
+                path.push(index);
+                Ok(Value::Pointer(Place { slot: place.slot, path }))
+            }
+            _ => self.load(base, &[index]),
+        }
+    }
+
+    /// What lies at the end of a path; of an index that varies, a choice. Indices out of range count as the
+    /// last part's.
+    fn load(&mut self, value: &Value, path: &[Whole]) -> Found<Value> {
+        let [index, rest @ ..] = path else { return Ok(value.clone()) };
+        let parts = value.components();
+        let Some(last) = parts.len().checked_sub(1) else { return Err(no_form("an empty array")) };
+        if let Some(known) = index.value() {
+            return self.load(&parts[usize::try_from(known).map_or(last, |i| i.min(last))], rest);
+        }
+        let (low, high) =
+            (index.low.clamp(0, last as i64) as usize, index.high.clamp(0, last as i64) as usize);
+        if high - low >= super::LARGEST_CHOICE {
+            return Err(no_form("an array indexed by a number that varies"));
+        }
+        let mut chosen = self.load(&parts[high], rest)?;
+        for i in (low..high).rev() {
+            let truth = Truth::of(index.expr().less_equal(i as f64));
+            let part = self.load(&parts[i], rest)?;
+            self.look()?;
+            chosen = Value::choose(&truth, &part, &chosen, &self.made);
+        }
+        Ok(chosen)
+    }
+
+    /// By one condition, or one for each component.
+    fn select(&mut self, condition: &Value, accept: &Value, reject: &Value) -> Found<Value> {
+        match (condition, accept, reject) {
+            (Value::Scalar(Scalar::Bool(truth)), ..) => Ok(Value::choose(truth, accept, reject, &self.made)),
+            (Value::Parts(truths), Value::Parts(a), Value::Parts(b)) => {
+                let parts =
+                    truths.iter().zip(a.iter().zip(&**b)).map(|(truth, (a, b))| self.select(truth, a, b));
+                Ok(Value::parts(parts.collect::<Found<_>>()?))
+            }
+            _ => Err(no_form("this `select`")),
         }
     }
 
@@ -179,39 +227,6 @@ fn convert(value: &Value, kind: ScalarKind) -> Found<Value> {
     value.map(&mut |scalar| arithmetic::convert(scalar, kind))
 }
 
-/// A part of a value, or a pointer to one.
-fn access(base: &Value, index: Whole) -> Found<Value> {
-    match base {
-        Value::Pointer(place) => {
-            let mut path = place.path.clone();
-            path.push(index);
-            Ok(Value::Pointer(Place { slot: place.slot, path }))
-        }
-        _ => load(base, &[index]),
-    }
-}
-
-/// What lies at the end of a path; of an index that varies, a choice. Indices out of range count as the
-/// last part's.
-fn load(value: &Value, path: &[Whole]) -> Found<Value> {
-    let [index, rest @ ..] = path else { return Ok(value.clone()) };
-    let parts = value.components();
-    let Some(last) = parts.len().checked_sub(1) else { return Err(no_form("an empty array")) };
-    if let Some(known) = index.value() {
-        return load(&parts[usize::try_from(known).map_or(last, |i| i.min(last))], rest);
-    }
-    let (low, high) = (index.low.clamp(0, last as i64) as usize, index.high.clamp(0, last as i64) as usize);
-    if high - low >= super::LARGEST_CHOICE {
-        return Err(no_form("an array indexed by a number that varies"));
-    }
-    let mut chosen = load(&parts[high], rest)?;
-    for i in (low..high).rev() {
-        let truth = Truth::of(index.expr().less_equal(i as f64));
-        chosen = Value::choose(&truth, &load(&parts[i], rest)?, &chosen, &Cell::new(0));
-    }
-    Ok(chosen)
-}
-
 /// Puts `new` at the end of a path.
 pub fn store(into: &mut Value, path: &[Whole], new: Value) -> Found<()> {
     let [index, rest @ ..] = path else {
@@ -228,18 +243,6 @@ pub fn store(into: &mut Value, path: &[Whole], new: Value) -> Found<()> {
     match parts.get_mut(at) {
         Some(part) => store(part, rest, new),
         None => Err(no_form("this assignment")),
-    }
-}
-
-/// By one condition, or one for each component.
-fn select(condition: &Value, accept: &Value, reject: &Value) -> Found<Value> {
-    match (condition, accept, reject) {
-        (Value::Scalar(Scalar::Bool(truth)), ..) => Ok(Value::choose(truth, accept, reject, &Cell::new(0))),
-        (Value::Parts(truths), Value::Parts(a), Value::Parts(b)) => {
-            let parts = truths.iter().zip(a.iter().zip(&**b)).map(|(truth, (a, b))| select(truth, a, b));
-            Ok(Value::parts(parts.collect::<Found<_>>()?))
-        }
-        _ => Err(no_form("this `select`")),
     }
 }
 

@@ -1,6 +1,7 @@
 //! The built-in functions of WGSL.
 
 use super::super::{Expr, compound};
+use super::arithmetic::check_exact;
 use super::truth::Truth;
 use super::value::{Float, Scalar, Value, Whole};
 use super::{Found, What};
@@ -230,6 +231,8 @@ fn of_floats(fun: Fun, [a, b, c]: &[Expr; 3]) -> Found<Expr> {
 }
 
 fn of_wholes(fun: Fun, a: &Whole, others: &[&Whole]) -> Found<Whole> {
+    check_exact(a)?;
+    others.iter().try_for_each(|other| check_exact(other))?;
     let lesser = |a: &Whole, b: &Whole| match (a.value(), b.value()) {
         (Some(x), Some(y)) => Whole::known(a.unsigned, x.min(y)),
         _ => Whole {

@@ -2,6 +2,7 @@
 //!
 //! A condition that varies forks the [`State`] and joins both by a choice.
 
+use super::arithmetic::check_exact;
 use super::expression::store;
 use super::state::State;
 use super::truth::Truth;
@@ -27,7 +28,7 @@ pub struct Lowering<'a> {
     pub module: &'a Module,
     pub constants: HashMap<Handle<Expression>, Value>,
     steps: usize,
-    made: Rc<Cell<usize>>,
+    pub made: Rc<Cell<usize>>,
     /// Whether a way out of the loop depended on no point since this was last reset.
     decided: bool,
 }
@@ -62,19 +63,21 @@ impl<'a> Lowering<'a> {
             state.slots.push(value);
         }
         self.block(&mut frame, &mut state, &function.body)?;
-        state.slots.truncate(base);
-        *slots = state.slots;
-        Ok(state.result)
+        let (callers, result) = state.into_callers();
+        *slots = callers;
+        Ok(result)
     }
 
     /// Counts work done at `span`.
     fn spend(&mut self, operations: usize, span: Span) -> Done<()> {
-        self.steps += 1;
         self.made.set(self.made.get() + operations);
-        if self.steps > MOST_STEPS || self.made.get() > MOST_OPERATIONS {
-            return Err(Stop { what: What::Long, span });
-        }
-        Ok(())
+        at(self.look(), span)
+    }
+
+    /// Counts a step.
+    pub fn look(&mut self) -> Found<()> {
+        self.steps += 1;
+        if self.steps > MOST_STEPS || self.made.get() > MOST_OPERATIONS { Err(What::Long) } else { Ok(()) }
     }
 
     fn block(&mut self, frame: &mut Frame<'a>, state: &mut State, block: &'a Block) -> Done<()> {
@@ -159,7 +162,7 @@ impl<'a> Lowering<'a> {
                         None => value,
                     });
                 }
-                state.live = Truth::Known(false);
+                state.leave_function();
             }
             Statement::Store { pointer, value } => {
                 let value = at(self.value(frame, state, *value), span)?;
@@ -193,6 +196,7 @@ impl<'a> Lowering<'a> {
         let Value::Scalar(Scalar::Whole(selector)) = at(self.value(frame, state, selector), span)? else {
             return Err(Stop { what: What::NoForm { what: "this `switch`".into() }, span });
         };
+        at(check_exact(&selector), span)?;
         // Selectors that share a body come as empty cases that fall through to it.
         let mut groups: Vec<(Truth, &'a Block)> = Vec::new();
         let (mut default, mut any, mut has_default) = (None, Truth::Known(false), false);
@@ -266,7 +270,8 @@ impl<'a> Lowering<'a> {
         span: Span,
     ) -> Done<()> {
         let outer = (state.broken.take(), state.continued.take(), self.decided);
-        let (live, result) = (state.live.clone(), state.result.clone());
+        let (live, returned_before) =
+            (state.live.clone(), state.returned.as_ref().map(|exit| exit.taken.clone()));
         while !state.is_dead() {
             self.decided = false;
             let iterated = self.iterate(frame, state, [body, continuing], span);
@@ -284,9 +289,9 @@ impl<'a> Lowering<'a> {
         let broken = state.broken.take();
         state.rejoin(broken);
         // If nothing was returned in it, all ways into the loop lead out of it.
-        let returned = match (&result, &state.result) {
+        let returned = match (&returned_before, &state.returned) {
             (None, None) => false,
-            (Some(before), Some(now)) => !before.same(now),
+            (Some(before), Some(now)) => !before.same(&now.taken),
             _ => true,
         };
         if !returned {

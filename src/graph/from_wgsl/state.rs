@@ -1,6 +1,6 @@
 //! What the ways through a function have in common: variables, and where they went.
 //!
-//! Ways that leave early are kept aside: what is returned in [`State::result`], a loop's ways out in
+//! Ways that leave early are kept aside: what is returned in [`State::result`], and the variables where they left in
 //! [`Exit`]s; what the rest of the block does on those ways does not count.
 
 use super::truth::Truth;
@@ -17,6 +17,10 @@ pub struct State {
     pub live: Truth,
     /// What was returned where it was.
     pub result: Option<Value>,
+    /// The ways that returned, and the callers' variables there, which pointers may have changed.
+    pub returned: Option<Exit>,
+    /// How many variables are the callers'.
+    pub callers: usize,
     /// The ways that left the loop or `switch`, and those that go on to the next iteration.
     pub broken: Option<Exit>,
     pub continued: Option<Exit>,
@@ -27,7 +31,7 @@ pub struct State {
 /// Where something was left, and the variables there.
 #[derive(Clone)]
 pub struct Exit {
-    taken: Truth,
+    pub taken: Truth,
     slots: Vec<Value>,
 }
 
@@ -36,8 +40,18 @@ fn choose_all(truth: &Truth, yes: &[Value], no: &[Value], made: &Cell<usize>) ->
 }
 
 impl State {
+    /// At the beginning of a function, with the variables of its callers.
     pub fn new(slots: Vec<Value>, made: Rc<Cell<usize>>) -> Self {
-        Self { slots, live: Truth::Known(true), result: None, broken: None, continued: None, made }
+        Self {
+            callers: slots.len(),
+            slots,
+            live: Truth::Known(true),
+            result: None,
+            returned: None,
+            broken: None,
+            continued: None,
+            made,
+        }
     }
 
     pub fn is_dead(&self) -> bool {
@@ -54,6 +68,24 @@ impl State {
                 taken: exit.taken.or(&own),
             },
         })
+    }
+
+    /// Leaves the function.
+    pub fn leave_function(&mut self) {
+        let exit = self.returned.take();
+        self.returned = self.with_exit(exit, &Truth::Known(true));
+        if let Some(exit) = &mut self.returned {
+            exit.slots.truncate(self.callers);
+        }
+        self.live = Truth::Known(false);
+    }
+
+    /// The callers' variables behind the function, on all ways through it.
+    pub fn into_callers(mut self) -> (Vec<Value>, Option<Value>) {
+        self.slots.truncate(self.callers);
+        let returned = self.returned.take();
+        self.rejoin(returned);
+        (self.slots, self.result)
     }
 
     /// Leaves the loop or `switch` where `taken` holds.
@@ -100,6 +132,8 @@ impl State {
                 (Some(yes), Some(no)) => Some(Value::choose(truth, &yes, &no, &made)),
                 (yes, no) => yes.or(no),
             },
+            returned: both(yes.returned, no.returned),
+            callers: yes.callers,
             broken: both(yes.broken, no.broken),
             continued: both(yes.continued, no.continued),
             made: made.clone(),
