@@ -1,0 +1,61 @@
+#!/bin/sh
+# Everything that is measured and compared on a real GPU, for `benches/h200` and NOTES.md: some two minutes on a large card.
+#   benches/on_a_gpu.sh target/release/isoforge OUT [SIZE [VOLUME…]]
+# SIZE (512) is the cells of the larger grids; VOLUMEs are compared at iso 40. White noise and a ball as volumes are made by python3 with numpy; without it they are left out.
+# Exit 1 if any comparison with the CPU's bytes fails.
+program=$1
+out=$2
+size=${3:-512}
+[ -x "$program" ] && mkdir -p "$out" || { sed -n 2,7p "$0"; exit 2; }
+[ $# -gt 3 ] && shift 3 || set --
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+
+"$program" info | tee "$out/info.txt"
+
+bench() {
+    name=$1
+    shift
+    "$program" bench -q --backend gpu --roofline --json "$out/$name.json" "$@" || echo "bench $name failed"
+}
+bench dense --dense -n "$((size / 2)),$size" --cases gyroid,sphere,torus
+bench analytic -n "$((size / 2)),$size,$((2 * size)),$((4 * size))" --cases sphere,torus,gyroid
+bench arrays --arrays --repeats 3 -n "$size" --cases gyroid,sphere
+python3 - "$scratch" "$size" <<'P' || echo "no volumes: python3 with numpy is missing"
+import sys
+import numpy
+folder, n = sys.argv[1], int(sys.argv[2])
+axis = numpy.arange(n, dtype=numpy.float32) - 0.5 * (n - 1)
+squares = axis * axis
+radius = numpy.sqrt(squares[:, None, None] + squares[None, :, None] + squares[None, None, :])
+numpy.clip(255 - 255 * radius / n, 0, 255).astype(numpy.uint8).tofile(f"{folder}/ball_u8.raw")
+numpy.random.default_rng(1).random((n, n, n), dtype=numpy.float32).tofile(f"{folder}/noise_f32.raw")
+for name, kind in [("ball_u8", "uint8"), ("noise_f32", "float")]:
+    with open(f"{folder}/{name}.nhdr", "w") as header:
+        header.write(f"NRRD0004\ntype: {kind}\ndimension: 3\nsizes: {n} {n} {n}\nencoding: raw\nendian: little\ndata file: {name}.raw\n")
+P
+[ -f "$scratch/ball_u8.nhdr" ] && bench ball_u8 -n 64 --cases sphere --volume "$scratch/ball_u8.nhdr" -I 160 --sweep 100
+[ -f "$scratch/noise_f32.nhdr" ] && bench noise_f32 -n 64 --cases sphere --volume "$scratch/noise_f32.nhdr" -I 0.5 --repeats 3
+for form in serial shared subgroup; do
+    bench "form_$form" --form "$form" -n "$size" --cases gyroid --arrays --repeats 3
+done
+
+# The CPU's bytes.
+failed=0
+compare() {
+    "$program" compare "$@" >"$scratch/told" 2>&1
+    code=$?
+    { echo "compare $*: $code"; [ $code = 0 ] || cat "$scratch/told"; } | tee -a "$out/compare.txt"
+    [ $code = 0 ] || failed=1
+}
+fields=$("$program" fields | grep '^[a-z]')
+for method in mc mc33 mt; do
+    for field in $fields; do
+        compare "$field" -n 64 --method "$method"
+    done
+done
+compare 'sqrt(x^2 + y^2 + z^2) - 1 + 0.37 * cos(5*x) / (2 + sin(3*y))' -n 64
+for volume in "$@"; do
+    compare "$volume" -I 40
+done
+exit $failed
