@@ -174,7 +174,7 @@ impl Grid {
     /// World position at grid coordinates `q` (whole numbers are points).
     ///
     /// The order of operations is that of `grid_position` in `shaders/shared/grid.wgsl`, so both
-    /// give the same bits of points where the GPU does not contract.
+    /// give the same bits of points.
     #[inline(always)]
     pub fn position(&self, q: Vec3) -> Vec3 {
         let p = q - self.margin;

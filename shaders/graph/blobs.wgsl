@@ -195,7 +195,6 @@ fn LEAF_range(at: u32, low: vec3<f32>, high: vec3<f32>) -> vec2<f32> {
             let least = select(select(0.0, hi * hi, hi < 0.0), lo * lo, lo > 0.0);
             q += vec2<f32>(least, max(lo * lo, hi * hi));
         }
-        // Drivers would move these constants into the kernel's.
         return vec2<f32>(q.x * (1.0 - 0x1p-20f), q.y * (1.0 + 0x1p-20f));
     }
     let dx = LEAF_away(low.x, high.x, centre.x);

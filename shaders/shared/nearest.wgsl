@@ -2,8 +2,8 @@
 // left: of a quotient n - q d, of a root x - s², in whole numbers; these are small, so that their lowest 32 bits are enough. Where a number is zero,
 // denormal, infinite or NaN, it stays as the driver has it.
 
-// Units in the last place that a driver may be off: 2.5 of quotients, somewhat more of roots.
-const ISO_MOST_OFF = 6u;
+// Units in the last place that a driver may be off: 2.5 of quotients; 7 of roots, which are 1 by an inverse root that is off by 2 itself.
+const ISO_MOST_OFF = 8u;
 
 fn iso_exponent_of(bits: u32) -> u32 {
     return (bits >> 23u) & 0xffu;

@@ -1,6 +1,5 @@
 // The gradient of a field by central differences over `params.delta`; CPU twin: src/field/differences.rs.
 fn density_gradient(p: vec3<f32>) -> vec3<f32> {
-    // Kept from drivers' algebra: else `(p.x + d) - (p.x - d)` might become `2 * d`.
     let low = vec3<f32>(p.x - params.delta, p.y - params.delta, p.z - params.delta);
     let high = vec3<f32>(p.x + params.delta, p.y + params.delta, p.z + params.delta);
     return vec3<f32>(

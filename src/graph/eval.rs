@@ -1,7 +1,7 @@
 //! Values and gradients on the CPU: the code, operation by operation, over [`LANES`] points at a time.
 //!
 //! No operation fuses a product and a sum, and the order of operations is that of the WGSL, so that both
-//! give the same bits where the GPU does not contract.
+//! give the same bits (`src/gpu/exact.rs`).
 
 use super::leaf::{DualSlices, Leaf, gradients_alone};
 use super::ops::{VisitBinary, VisitUnary};

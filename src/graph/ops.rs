@@ -3,7 +3,7 @@
 //!
 //! An entry that lacks a part does not compile. In WGSL, `A`, `B` and `V` stand for the operands and the
 //! value; in that of intervals for theirs. The Rust closures do the same in the same order, so that both
-//! give the same bits where the GPU does not contract.
+//! give the same bits (`src/gpu/exact.rs`).
 
 use super::interval::{self as iv, Interval};
 use crate::field::functions::{acos, asin, atan, atan2, cos, cos_turns, exp, ln, pow, sin, sin_turns, tanh};

@@ -1,7 +1,7 @@
 //! A tape as WGSL: values, value with gradient by forward differentiation, intervals.
 //!
-//! One `let` an operation: nothing nests, however deep the expression was. Sums and products are kept from
-//! drivers' algebra (`shaders/graph/exact.wgsl`).
+//! One `let` an operation: nothing nests, however deep the expression was. All of it is kept from
+//! drivers' algebra when a kernel is made (`src/gpu/exact.rs`).
 
 use super::lattice::{Part, part_of, parts};
 use super::leaf::LeafWgsl;

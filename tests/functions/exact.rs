@@ -51,7 +51,7 @@ fn roots_are_the_nearest_whatever_the_driver_makes_of_them() {
     let operands: Vec<[f32; 4]> = (0..200_000)
         .map(|i| {
             let x = next().abs();
-            [x, off(x.sqrt(), i % 11 - 5), 0.0, 0.0]
+            [x, off(x.sqrt(), i % 15 - 7), 0.0, 0.0]
         })
         .collect();
     check_on(&gpu, "", "roots", "iso_nearest_root(o.x, o.y)", &operands, |o| [o[0].sqrt()]);
