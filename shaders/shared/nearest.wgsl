@@ -32,6 +32,10 @@ fn iso_nearest_quotient(a: f32, b: f32, from_driver: f32) -> f32 {
     let n = bitcast<u32>(a);
     let d = bitcast<u32>(b);
     var q = bitcast<u32>(from_driver);
+    if iso_exponent_of(d) > 252u {
+        // By divisors from 2¹²⁶ on a driver may give anything.
+        q = bitcast<u32>((a * 0.25) / (b * 0.25));
+    }
     if iso_is_normal(iso_exponent_of(n)) && iso_is_normal(iso_exponent_of(d)) && iso_is_well_normal(iso_exponent_of(q)) {
         for (var i = 0u; i < ISO_MOST_OFF; i++) {
             let shift = iso_exponent_of(n) + 150u - iso_exponent_of(d) - iso_exponent_of(q);

@@ -43,6 +43,21 @@ fn quotients_are_the_nearest_whatever_the_driver_makes_of_them() {
     check_on(&gpu, "", "quotients", "iso_nearest_quotient(o.x, o.y, o.z)", &operands, |o| [o[0] / o[1]]);
 }
 
+/// Goes red when large divisors are left to the driver, which may give 0.
+#[test]
+fn quotients_by_large_divisors_are_the_nearest() {
+    let Some(gpu) = gpu() else { return };
+    let mut next = numbers(Random(33), 1);
+    let operands: Vec<[f32; 4]> = (0..10_000)
+        .map(|_| {
+            let (a, b) = (next() * f32::exp2(120.0), next() * f32::exp2(126.0));
+            let from_driver = if b.abs() < f32::exp2(126.0) { a / b } else { 0.0 };
+            [a, b, from_driver, 0.0]
+        })
+        .collect();
+    check_on(&gpu, "", "quotients", "iso_nearest_quotient(o.x, o.y, o.z)", &operands, |o| [o[0] / o[1]]);
+}
+
 /// Goes red as the quotients do.
 #[test]
 fn roots_are_the_nearest_whatever_the_driver_makes_of_them() {

@@ -235,8 +235,10 @@ pub fn convert(a: &Scalar, to: ScalarKind) -> Found<Scalar> {
         }
         (_, Scalar::Float(a)) => Scalar::Whole(match a.known {
             // The largest floats that the types hold.
-            Some(known) if unsigned => Whole::known(true, i64::from(known.min(4_294_967_040.0) as u32)),
-            Some(known) => Whole::known(false, i64::from(known.min(2_147_483_520.0) as i32)),
+            Some(known) if unsigned => {
+                Whole::known(true, i64::from(known.clamp(0.0, 4_294_967_040.0) as u32))
+            }
+            Some(known) => Whole::known(false, i64::from(known.clamp(f32::MIN, 2_147_483_520.0) as i32)),
             None => {
                 let low = if unsigned { 0 } else { -CONVERTED };
                 let whole = if unsigned { a.expr.floor().max(0.0) } else { compound::trunc(&a.expr) };
