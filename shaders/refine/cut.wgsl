@@ -31,7 +31,7 @@ fn fallback_of(task: u32) -> vec3<f32> {
 fn area_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
     let u = b - a;
     let v = c - a;
-    return (u.yzx * v.zxy) - (u.zxy * v.yzx);
+    return u.yzx * v.zxy - u.zxy * v.yzx;
 }
 
 fn area(t: vec3<u32>) -> vec3<f32> {

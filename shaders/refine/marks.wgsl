@@ -33,7 +33,7 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
         edge = long(position(ends.y) - position(ends.x));
         // Where no surface was found splitting finds none either, but goes on.
         let is_near = (states[ends.x] & states[ends.y] & PLACED) != 0u;
-        bent = is_near && edge > (2.0 * params.epsilon) && !is_flat(ends.x, ends.y, edge);
+        bent = is_near && edge > 2.0 * params.epsilon && !is_flat(ends.x, ends.y, edge);
     }
     lengths[e] = edge;
     atomicStore(&splits[2u * e], u32(bent));

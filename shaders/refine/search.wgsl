@@ -64,7 +64,7 @@ fn within(s: ptr<function, Search>, p: vec3<f32>) -> vec3<f32> {
     let offset = p - (*s).start;
     let far = long(offset);
     if far > (*s).radius {
-        return (*s).start + (offset * ((*s).radius / far));
+        return (*s).start + offset * ((*s).radius / far);
     }
     return p;
 }
@@ -90,9 +90,9 @@ fn aim(s: ptr<function, Search>, slope: vec3<f32>) {
     if all((*s).line == vec3<f32>(0.0)) {
         (*s).line = direction;
     }
-    let newton = ((abs((*s).low_value) / long(gradient)) * 1.0625) + ((*s).epsilon * 0.5);
+    let newton = (abs((*s).low_value) / long(gradient)) * 1.0625 + (*s).epsilon * 0.5;
     let step = select((*s).step, newton, newton < (*s).step);
-    (*s).at = within(s, (*s).low + (direction * outwards((*s).low_value, step)));
+    (*s).at = within(s, (*s).low + direction * outwards((*s).low_value, step));
 }
 
 fn search_line(s: ptr<function, Search>) {
@@ -109,12 +109,12 @@ fn aim_line(s: ptr<function, Search>) {
     // 0.125, -0.125, 0.25 ... of the radius.
     let part = 0.125 * f32(1u << ((*s).round >> 1u));
     let along = select(part, -part, ((*s).round & 1u) == 1u) * (*s).radius;
-    (*s).at = (*s).start + ((*s).line * outwards((*s).start_value, along));
+    (*s).at = (*s).start + (*s).line * outwards((*s).start_value, along);
 }
 
 fn aim_hint(s: ptr<function, Search>) {
     let far = outwards((*s).start_value, select(3.0, 1.0, (*s).round == 0u));
-    (*s).at = within(s, (*s).start + ((*s).hint * far));
+    (*s).at = within(s, (*s).start + (*s).hint * far);
 }
 
 // Takes the signed value at `at`, and asks for the next.
@@ -177,7 +177,7 @@ fn narrow(s: ptr<function, Search>) {
     let secant = (*s).low_value / ((*s).low_value - (*s).high_value);
     var t = select(0.5, secant, secant >= LEAST_PART && secant < 1.0);
     if far <= (*s).epsilon {
-        (*s).at = (*s).low + (along * t);
+        (*s).at = (*s).low + along * t;
         (*s).phase = CONVERGED;
         return;
     }
@@ -186,9 +186,9 @@ fn narrow(s: ptr<function, Search>) {
         return;
     }
     let nudge = ((*s).epsilon * NUDGE) / far;
-    t = t + select(-nudge, nudge, t < 0.5);
+    t += select(-nudge, nudge, t < 0.5);
     if (*s).round >= 4u && ((*s).round & 1u) == 0u {
         t = 0.5;
     }
-    (*s).at = (*s).low + (along * t);
+    (*s).at = (*s).low + along * t;
 }

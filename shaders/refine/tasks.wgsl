@@ -56,13 +56,13 @@ fn towards_crease(n: vec3<f32>, m: vec3<f32>, way: vec3<f32>, edge: f32) -> vec3
     let half = way * 0.5;
     let to_a = -inner(n, half);
     let to_b = inner(m, half);
-    let rest = 1.0 - (cos * cos);
-    let by_n = (to_a - (cos * to_b)) / rest;
-    let by_m = (to_b - (cos * to_a)) / rest;
-    let x = (n * by_n) + (m * by_m);
+    let rest = 1.0 - cos * cos;
+    let by_n = (to_a - cos * to_b) / rest;
+    let by_m = (to_b - cos * to_a) / rest;
+    let x = n * by_n + m * by_m;
     let direction = half / (edge * 0.5);
     let far_along = inner(x, direction);
-    let off = x - (direction * far_along);
+    let off = x - direction * far_along;
     let most_along = edge * 0.3;
     let most_across = edge * REACH;
     var along = far_along;
@@ -76,7 +76,7 @@ fn towards_crease(n: vec3<f32>, m: vec3<f32>, way: vec3<f32>, edge: f32) -> vec3
     if far > most_across {
         across = off * (most_across / far);
     }
-    return (direction * along) + across;
+    return direction * along + across;
 }
 
 // The midpoints of the edges that are split. The surface may bulge over an edge like an arc that meets the normals at
@@ -92,7 +92,7 @@ fn middle_tasks(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     let q = position(ends.y);
     let n = normal(ends.x);
     let m = normal(ends.y);
-    let middle = (p * 0.5) + (q * 0.5);
+    let middle = p * 0.5 + q * 0.5;
     let way = q - p;
     let edge = long(way);
     let sum = n + m;
@@ -110,6 +110,6 @@ fn middle_tasks(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     let fixed = fixed_axes(p, q);
     let free = free_axes(fixed);
     let hint = (direction * select(params.epsilon, guess, guess > params.epsilon)) * free;
-    let start = middle + (towards_crease(n, m, way, edge) * free);
+    let start = middle + towards_crease(n, m, way, edge) * free;
     write(splits[e].x, Task(start, edge * REACH, hint, fixed), middle, direction);
 }
