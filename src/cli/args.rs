@@ -103,7 +103,7 @@ pub struct SourceArgs {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum NormalsArg {
-    /// The field's own gradient; central differences of a WGSL function that stays on the GPU
+    /// The field's own gradient; central differences of a WGSL function that a GPU runs as it is written
     Exact,
     /// Differences to one step ahead: fast, coarse
     Forward,
