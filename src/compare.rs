@@ -11,9 +11,7 @@ use crate::stage::classify::cpu::classify;
 use crate::stage::cull::bounds::cull_field;
 use crate::stage::cull::cpu::range;
 use crate::stage::cull::map::BrickMap;
-use crate::stage::emit::cpu::{
-    Beside, EdgeNumbers, Gradients, Nearby, NormalsOf, emit_indices, emit_vertices,
-};
+use crate::stage::emit::cpu::{Beside, Gradients, Nearby, NormalsOf, Work, emit};
 use crate::stage::inside::{Inside, order_key};
 use crate::stage::method::Placement;
 use crate::stage::normals::cpu::{add_neighbours, average};
@@ -355,9 +353,14 @@ fn compare_emit(
         // A defect elsewhere must not ask for absurd memory here: a brick has no more than this.
         let mut vertices = vec![Vertex::default(); size[0].min(7 * 512)];
         let mut triangles = vec![[0; 3]; size[1].min(MAX_TRIANGLES * 512)];
-        let (record, samples) = (&gpu.records[slot], gpu.samples(source, params, slot));
+        let samples = gpu.samples(source, params, slot);
         let here = (params.brick_origin(brick), &samples);
-        let mut vertices_of = |normals| emit_vertices(params, inside, normals, here, record, &mut vertices);
+        let first = inside.test(samples.at(0, 0, 0));
+        let beside = Beside::new(&mut nearby, &gpu.active, &gpu.records, &gpu.offsets, first, slot);
+        let mut work = Work::default();
+        let mut vertices_of = |normals| {
+            emit(params, inside, normals, here, &beside, &mut work, (&mut vertices, &mut triangles))
+        };
         let done = match source {
             Source::Volume(volume) => vertices_of(NormalsOf::Volume(volume.values())),
             Source::Field(field, _) => {
@@ -378,10 +381,6 @@ fn compare_emit(
             }
             Err(error) => return Err(error),
         }
-        let first = inside.test(samples.at(0, 0, 0));
-        let beside = Beside::new(&mut nearby, &gpu.active, &gpu.records, &gpu.offsets, first, slot);
-        let (mut numbers, end) = (EdgeNumbers::new(), gpu.offsets[slot + 1][0]);
-        emit_indices(params, inside, here, &beside, &mut numbers, end, &mut triangles);
         twin.vertices.append(&mut vertices);
         twin.triangles.append(&mut triangles);
     }

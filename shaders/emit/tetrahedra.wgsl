@@ -1,4 +1,4 @@
-// emit of marching tetrahedra. CPU twins: src/stage/emit/cpu/tetrahedra.rs, vertices.rs.
+// emit of marching tetrahedra. CPU twins: src/stage/emit/cpu/tetrahedra.rs, edges.rs, crossings.rs.
 
 @group(0) @binding(8) var<storage, read> records: array<TetraRecord>;
 @group(0) @binding(10) var<storage, read> table: array<u32>;

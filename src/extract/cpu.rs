@@ -8,15 +8,14 @@ use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
 use crate::stage::cull::bounds::BlockFields;
-use crate::stage::emit::cpu::{
-    Beside, EdgeNumbers, Gradients, Nearby, NormalsOf, count, emit_indices, emit_vertices, ends,
-};
+use crate::stage::cull::cpu::{range_and, straddles};
+use crate::stage::emit::cpu::{Beside, Gradients, Nearby, NormalsOf, Work, count, emit, ends};
 use crate::stage::inside::Inside;
 use crate::stage::normals::cpu::{add_neighbours, average};
 use crate::stage::params::Params;
 use crate::stage::sample::row::Sampler;
 use crate::stage::samples::Samples;
-use crate::volume::Volume;
+use crate::volume::{BrickRanges, Values, Volume};
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -102,12 +101,7 @@ impl<'a> Job<'a> {
             if matches!(self.source, Source::Field(..)) {
                 kept.non_finite += samples.owned_non_finite();
             }
-            if count != [0; 2] {
-                kept.bricks.push(brick);
-                kept.records.push(record);
-                kept.counts.push(count);
-                kept.first_inside.push(self.inside.test(samples.at(0, 0, 0)));
-            }
+            kept.push(brick, &record, count, self.inside.test(samples.at(0, 0, 0)));
         }
         Ok(kept)
     }
@@ -130,11 +124,43 @@ impl<'a> Job<'a> {
         });
         let classified: Vec<Kept> = classified.collect::<Result<_, ExtractError>>()?;
         // From here on only bricks with surface have a slot: what they are costs nothing.
-        kept.reserve(found.into_inner());
-        for mut task in classified {
-            kept.append(&mut task);
-        }
+        kept.gather(found.into_inner(), classified);
         Ok(())
+    }
+
+    /// Makes the table of ranges of a volume, and classifies its bricks meanwhile, while their samples are at hand. Tells how many of them
+    /// were active.
+    pub(super) fn classify_fresh(
+        &self,
+        values: &Values,
+        kept: &mut Kept,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> (BrickRanges, Result<usize, ExtractError>) {
+        let done = Progress::new(progress, self.params.slab_bricks as usize);
+        let [active, found] = [(); 2].map(|()| AtomicUsize::new(0));
+        let fits = |found: usize| self.budget(RECORDS, found as u64 * KEPT_BYTES);
+        let (ranges, odd, tasks) = range_and(&self.params, values, |kept: &mut Kept, first, ranges| {
+            let before = kept.bricks.len();
+            if fits(found.load(Ordering::Relaxed)).is_err() {
+                return;
+            }
+            let numbered = (first..).zip(ranges);
+            for (brick, _) in numbered.filter(|(_, range)| straddles(&self.params, **range)) {
+                let samples = Samples::of_source(values, &self.params, self.params.brick_origin(brick));
+                let mut record = BrickRecord::zeroed();
+                let count = self.classify_brick(&samples, &mut record);
+                kept.push(brick, &record, count, self.inside.test(samples.at(0, 0, 0)));
+                active.fetch_add(1, Ordering::Relaxed);
+            }
+            found.fetch_add(kept.bricks.len() - before, Ordering::Relaxed);
+            done.add(ranges.len());
+        });
+        let found = found.into_inner();
+        let active = fits(found).map(|()| {
+            kept.gather(found, tasks);
+            active.into_inner()
+        });
+        ((ranges, odd), active)
     }
 
     /// Classifies the bricks in `kept`, those of a volume: nearly all of them have surface, so that their records are made where
@@ -161,7 +187,7 @@ impl<'a> Job<'a> {
             |sampler, (bricks, (records, (counts, first_inside)))| {
                 for (i, record) in records.iter_mut().enumerate() {
                     let next = &bricks[i..];
-                    self.load_ahead(next, 0);
+                    self.load_ahead(next);
                     let samples = self.samples(next, sampler)?;
                     counts[i] = self.classify_brick(&samples, record);
                     first_inside[i] = self.inside.test(samples.at(0, 0, 0));
@@ -246,18 +272,14 @@ impl<'a> Job<'a> {
         slot: usize,
         next: &[u32],
         scratch: &mut Scratch,
-        (vertices, triangles): (&mut [Vertex], &mut [[u32; 3]]),
+        mesh: (&mut [Vertex], &mut [[u32; 3]]),
     ) -> Result<bool, NoForm> {
         let Kept { bricks, records, counts, first_inside, .. } = kept;
-        let Scratch { sampler, numbers, nearby } = scratch;
+        let Scratch { sampler, work, nearby } = scratch;
         let (params, inside, brick) = (&self.params, self.inside, bricks[slot]);
         let beside = Beside::new(nearby, bricks, records, counts, first_inside[slot], slot);
         let samples = match self.source {
-            Source::Volume(_) => {
-                // Gradients reach one row further.
-                self.load_ahead(next, 1);
-                self.samples(next, sampler)?
-            }
+            Source::Volume(_) => self.samples(next, sampler)?,
             Source::Field(whole, _) => {
                 let here = self.fields.field_in(params, brick, whole);
                 // How many points by themselves are less work than the brick.
@@ -271,8 +293,6 @@ impl<'a> Job<'a> {
             }
         };
         let here = (params.brick_origin(brick), &samples);
-        let end = counts[slot + 1][0];
-        emit_indices(params, inside, here, &beside, numbers, end, triangles);
         let normals = match self.source {
             Source::Field(whole, _) => {
                 let here = self.fields.field_in(params, brick, whole);
@@ -280,7 +300,7 @@ impl<'a> Job<'a> {
             }
             Source::Volume(volume) => NormalsOf::Volume(volume.values()),
         };
-        emit_vertices(params, inside, normals, here, &records[slot], vertices)
+        emit(params, inside, normals, here, &beside, work, mesh)
     }
 
     /// The samples of the first of `bricks`: where they lie in a volume, or evaluated.
@@ -298,13 +318,12 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Has the samples of the second of `bricks` on their way while the first is worked on, with so many rows beside its own, where they
-    /// lie in a volume.
+    /// Has the samples of the second of `bricks` on their way while the first is worked on, where they lie in a volume.
     #[inline(always)]
-    fn load_ahead(&self, bricks: &[u32], beside: isize) {
+    fn load_ahead(&self, bricks: &[u32]) {
         if let (Source::Volume(volume), Some(&next)) = (self.source, bricks.get(1)) {
             let origin = self.params.brick_origin(next);
-            Samples::of_source(volume.values(), &self.params, origin).load_ahead(beside);
+            Samples::of_source(volume.values(), &self.params, origin).load_ahead();
         }
     }
 
@@ -324,7 +343,7 @@ impl<'a> Job<'a> {
 /// What a task needs to emit bricks one after another.
 pub(crate) struct Scratch {
     sampler: Sampler,
-    numbers: EdgeNumbers,
+    work: Work,
     nearby: Nearby,
 }
 
@@ -332,7 +351,7 @@ impl Scratch {
     /// For the bricks from slot `first` on.
     pub(crate) fn new(params: &Params, kept: &Kept, first: usize) -> Self {
         let nearby = Nearby::new(params, &kept.bricks, first);
-        Self { sampler: Sampler::default(), numbers: EdgeNumbers::new(), nearby }
+        Self { sampler: Sampler::default(), work: Work::default(), nearby }
     }
 
     /// Goes on with the bricks from slot `first` on.

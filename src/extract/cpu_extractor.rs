@@ -5,7 +5,7 @@ use super::kept::Kept;
 use super::{ExtractError, Options, Report, Source, stage_index as at};
 use crate::mesh::Mesh;
 use crate::stage::cull::bounds::{Culled, cull_field};
-use crate::stage::cull::cpu::{range, straddles};
+use crate::stage::cull::cpu::straddles;
 
 /// Extracts the mesh by the CPU twins. `progress` hears how much of the work is done, from 0 to 1.
 ///
@@ -97,13 +97,22 @@ impl CpuExtractor {
         kept.clear();
         let (active_bricks, non_finite) = match source {
             Source::Volume(volume) => {
-                let (ranges, odd) = volume.ranges(|values| range(&job.params, values));
-                let numbered = (0..).zip(ranges);
-                kept.bricks
-                    .extend(numbered.filter(|(_, r)| straddles(&job.params, **r)).map(|(brick, _)| brick));
-                clock.lap(at::CULL);
-                let active = kept.bricks.len();
-                job.classify_in_place(kept, progress)?;
+                let mut classified = None;
+                let (ranges, odd) = volume.ranges(|values| {
+                    let (ranges, active) = job.classify_fresh(values, kept, progress);
+                    classified = Some(active);
+                    ranges
+                });
+                let active = if let Some(active) = classified {
+                    active?
+                } else {
+                    let straddling = (0..).zip(ranges).filter(|(_, range)| straddles(&job.params, **range));
+                    kept.bricks.extend(straddling.map(|(brick, _)| brick));
+                    clock.lap(at::CULL);
+                    let active = kept.bricks.len();
+                    job.classify_in_place(kept, progress)?;
+                    active
+                };
                 (active, *odd)
             }
             Source::Field(field, _) => {

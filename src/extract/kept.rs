@@ -57,6 +57,17 @@ impl Kept {
         self.non_finite = 0;
     }
 
+    /// Adds a brick, if it has triangles or vertices.
+    #[inline(always)]
+    pub(super) fn push(&mut self, brick: u32, record: &BrickRecord, count: [u32; 2], first_inside: bool) {
+        if count != [0; 2] {
+            self.bricks.push(brick);
+            self.records.push(*record);
+            self.counts.push(count);
+            self.first_inside.push(first_inside);
+        }
+    }
+
     /// Drops the bricks without triangles and vertices.
     pub(super) fn drop_empty(&mut self) {
         let mut to = 0;
@@ -128,7 +139,16 @@ impl Kept {
             records: self.records[first..].to_vec(),
             counts: self.counts[first..].to_vec(),
             first_inside: self.first_inside[first..].to_vec(),
-            non_finite: 0,
+            ..Self::default()
+        }
+    }
+
+    /// Adds the bricks of tasks, so many in all. Each task's memory is let go before the next is copied, so that hardly more is touched than
+    /// is kept.
+    pub(super) fn gather(&mut self, bricks: usize, tasks: Vec<Self>) {
+        self.reserve(bricks);
+        for mut task in tasks {
+            self.append(&mut task);
         }
     }
 

@@ -144,7 +144,8 @@ impl Options {
     }
 }
 
-/// The parts of an extraction that are timed.
+/// The parts of an extraction that are timed. Where one takes another in, only the whole is timed: classify takes the samples on many
+/// GPUs, and is done while the table of brick ranges is made on a volume's first extraction on the CPU.
 pub const STAGES: [&str; 8] = ["read", "upload", "cull", "sample", "classify", "scan", "emit", "normals"];
 
 /// Indices into [`Report::seconds`].

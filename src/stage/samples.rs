@@ -99,17 +99,16 @@ impl<'a> Samples<'a> {
         [0, 1, 2, 3, 4, 5, 6, 7].map(|k: usize| self.at(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2)))
     }
 
-    /// Asks the processor to have the rows at hand soon, with so many beside them on each side along y and z. What lies in main
-    /// memory takes longer to come than a row takes to be worked on.
+    /// Asks the processor to have the rows at hand soon. What lies in main memory takes longer to come than a row takes to be
+    /// worked on.
     #[inline(always)]
-    pub fn load_ahead(&self, beside: isize) {
-        let [nx, ny, nz] = self.extent.map(|n| n as isize);
-        let [row_pitch, plane_pitch] = [self.row_pitch, self.plane_pitch].map(|n| n as isize);
-        each_type!(Slice, self.data, data => for z in -beside..nz + beside {
-            for y in -beside..ny + beside {
-                let first = data.as_ptr().wrapping_offset(y * row_pitch + z * plane_pitch);
+    pub fn load_ahead(&self) {
+        let [nx, ny, nz] = self.extent;
+        each_type!(Slice, self.data, data => for z in 0..nz {
+            for y in 0..ny {
+                let first = data.as_ptr().wrapping_add(y * self.row_pitch + z * self.plane_pitch);
                 load_line(first);
-                load_line(first.wrapping_offset(nx - 1));
+                load_line(first.wrapping_add(nx - 1));
             }
         });
     }

@@ -45,7 +45,7 @@ fn grids_whose_points_are_one() {
 
 /// Where the difference of an edge's ends overflows the vertex lies between them all the same.
 ///
-/// Goes red when `crossing` leaves the halves out (src/stage/emit/cpu/vertices.rs, shaders/emit.wgsl), and when `cross` there does not
+/// Goes red when `crossing` leaves the halves out (src/stage/emit/cpu/crossings.rs, shaders/emit.wgsl), and when `cross` there does not
 /// take it for a rare case.
 #[test]
 fn between_the_largest_numbers() {

@@ -1,10 +1,11 @@
 //! `CpuExtractor`: the meshes are those of `extract_on_cpu`, in memory that is used again.
 
 use crate::common::{self, noise};
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 use isoforge::extract::{CpuExtractor, ExtractError, Options, Source, extract_on_cpu};
-use isoforge::field::Sense;
+use isoforge::field::{Closure, Sense};
 use isoforge::grid::Grid;
+use isoforge::mesh::Mesh;
 use isoforge::volume::Volume;
 
 /// Calls of all kinds one after another, larger and smaller ones: nothing of the one before is left. Goes red when `Kept::clear`
@@ -47,6 +48,30 @@ fn the_same_meshes() {
     let tight = Options { memory_budget: 100_000, ..Options::new(0.0) };
     let refused = extractor.extract(&sources[2], &tight, &|_| {});
     assert!(matches!(refused, Err(ExtractError::Budget { .. })) && extractor.mesh().triangles.is_empty());
+}
+
+/// A volume's first extraction, which classifies a few rows of bricks at a time as it makes the table of ranges, and the second, which
+/// reads the table: both have what a field with the same samples gives. Of long rows one is taken at a time, of shorter ones several.
+/// Goes red when `range_of` (src/stage/cull/cpu.rs) leaves out `first` in the number that `then` gets.
+#[test]
+fn long_rows_of_volumes() {
+    for (cells, sense) in
+        [([1000, 40, 9], Sense::Above), ([300, 90, 20], Sense::Below), ([40, 200, 17], Sense::Above)]
+    {
+        let grid = Grid::new(cells, Vec3::ZERO, Mat3::IDENTITY).unwrap();
+        let function = |p: Vec3| (p.x * 0.7).sin() + (p.y * 0.9).cos() + (p.z * 1.3).sin();
+        let volume = common::sampled(grid, function);
+        let closure = Closure::new(sense, function);
+        let options = Options { sense: Some(sense), cull: false, ..Options::new(0.3) };
+        let extract = |source| extract_on_cpu(&source, &options, &|_| {}).unwrap().0;
+        let [first, second] = [(); 2].map(|()| extract(Source::Volume(&volume)));
+        assert!(super::bytes(&first) == super::bytes(&second), "{cells:?}");
+        let of_field = extract(Source::Field(&closure, grid));
+        let positions = |mesh: &Mesh| mesh.vertices.iter().map(|v| v.position).collect::<Vec<_>>();
+        assert!(first.triangles.len() > 50_000, "{}", first.triangles.len());
+        assert!(first.triangles == of_field.triangles, "{cells:?}");
+        assert!(positions(&first) == positions(&of_field), "{cells:?}");
+    }
 }
 
 /// Goes red when `resize` makes new memory each time.

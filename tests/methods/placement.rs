@@ -128,7 +128,7 @@ fn around(mesh: &Mesh, v: usize) -> BTreeSet<usize> {
 /// between the mean and the nearest corner of the other side.
 ///
 /// Goes red when `line_of` (src/stage/emit/cpu/snap.rs) goes along the steps' rows in place of columns, when `snap_within` there
-/// stays where it finds nothing or `nearest` takes corners of either side, and when `unsnapped` (src/stage/emit/cpu/vertices.rs)
+/// stays where it finds nothing or `nearest` takes corners of either side, and when `unsnapped` (src/stage/emit/cpu/crossings.rs)
 /// leaves the middle out; when either shader differs.
 #[test]
 fn vertices_within_cells() {

@@ -11,43 +11,56 @@ use rayon::prelude::*;
 /// sample, the widest for one with finite and other samples.
 pub type Range = [u32; 2];
 
-/// Layers of bricks that one task takes, at most: the plane between two layers is read twice, the second
-/// time from the cache.
+/// Layers of bricks that one task takes, at most.
 const LAYERS: usize = 8;
+
+/// Bytes of samples that are read at once: they stay in the processor's cache until their bricks are done.
+const AT_ONCE: usize = 1 << 19;
 
 /// The table of ranges of all bricks of a volume, or of the layers of bricks that `params` names, of which `values`
 /// holds the box. And how many samples are NaN or infinite.
 pub fn range(params: &Params, values: &Values) -> (Vec<Range>, u64) {
-    each_type!(Values, values, samples => range_of(params, samples))
+    let (ranges, odd, _) = range_and(params, values, |(), _, _| {});
+    (ranges, odd)
 }
 
-fn range_of<T: Sample>(params: &Params, values: &[T]) -> (Vec<Range>, u64) {
+/// As [`range`]. `then` hears of each few rows of bricks along x while their samples, which have just been read, are in the processor's
+/// cache: the number of their first brick, and their ranges. It is handed what its task works on, in the end the tasks' in order.
+pub fn range_and<W: Default + Send>(
+    params: &Params,
+    values: &Values,
+    then: impl Fn(&mut W, u32, &[Range]) + Sync,
+) -> (Vec<Range>, u64, Vec<W>) {
+    each_type!(Values, values, samples => range_of(params, samples, then))
+}
+
+fn range_of<T: Sample, W: Default + Send>(
+    params: &Params,
+    values: &[T],
+    then: impl Fn(&mut W, u32, &[Range]) + Sync,
+) -> (Vec<Range>, u64, Vec<W>) {
     let [bx, by, bz] = params.slab_extent.map(|n| n as usize);
-    let first_layer = params.slab_first[2] as usize;
     let mut ranges = vec![[u32::MAX, 0]; bx * by * bz];
     let layers = bz.div_ceil(8 * rayon::current_num_threads()).clamp(1, LAYERS);
-    let odd = ranges.par_chunks_mut(bx * by * layers).enumerate().map(|(task, ranges)| {
-        let mut folds = Folds::<T>::new(params);
+    let tasks = ranges.par_chunks_mut(bx * by * layers).enumerate().map(|(task, ranges)| {
+        let rows = (AT_ONCE / (72 * params.points[0] as usize * size_of::<T>())).clamp(1, by);
+        let mut folds = Folds::<T>::new(params, rows);
         let mut odd = 0;
-        for (layer, ranges) in ranges.chunks_mut(bx * by).enumerate() {
-            let planes = planes(params, first_layer + layer + task * layers);
-            folds.fill(params, values, planes.clone());
-            for (brick, range) in ranges.iter_mut().enumerate() {
-                let origin = [8 * (brick % bx), 8 * (brick / bx)];
-                *range = match folds.range(params, brick) {
-                    Some(range) => range,
-                    None => {
-                        let [finite, _, owned] = count_odd(params, values, origin, planes.clone());
-                        odd += owned as u64;
-                        if finite == 0 { [u32::MAX, 0] } else { [0, u32::MAX] }
-                    }
-                }
+        let mut work: Vec<W> = ranges.chunks(bx * by).map(|_| W::default()).collect();
+        // Layers innermost: the plane between two is read twice, the second time from the cache.
+        for first in (0..by).step_by(rows) {
+            for (layer, work) in work.iter_mut().enumerate() {
+                let bricks = bx * (first + by * layer)..bx * ((first + rows).min(by) + by * layer);
+                let ranges = &mut ranges[bricks.clone()];
+                let layer = layer + task * layers;
+                odd += folds.ranges(params, values, [first, layer], ranges);
+                then(work, (bx * (first + by * layer)) as u32, ranges);
             }
         }
-        odd
+        (odd, work)
     });
-    let odd = odd.sum();
-    (ranges, odd)
+    let (odd, work): (Vec<u64>, Vec<Vec<W>>) = tasks.unzip();
+    (ranges, odd.into_iter().sum(), work.into_iter().flatten().collect())
 }
 
 /// The planes of a layer of bricks, counted from the first that the values hold.
@@ -57,7 +70,7 @@ fn planes(params: &Params, layer: usize) -> std::ops::Range<usize> {
     first - lowest..end - lowest
 }
 
-/// For each row of bricks along x of a layer, the folds of all samples with the same x.
+/// For each of a few rows of bricks along x, the folds of all samples with the same x.
 struct Folds<T> {
     low: Vec<T>,
     high: Vec<T>,
@@ -66,25 +79,53 @@ struct Folds<T> {
 }
 
 impl<T: Sample> Folds<T> {
-    fn new(params: &Params) -> Self {
-        let count = (params.points[0] * params.slab_extent[1]) as usize;
+    fn new(params: &Params, rows: usize) -> Self {
+        let count = params.points[0] as usize * rows;
         Self { low: vec![T::HIGHEST; count], high: vec![T::LOWEST; count], magnitude: vec![0; count] }
     }
 
-    /// Folds the rows of the planes `planes`.
-    fn fill(&mut self, params: &Params, values: &[T], planes: std::ops::Range<usize>) {
+    /// The ranges of a few rows of bricks of a layer, from row `first` on, and how many of their samples are NaN or infinite.
+    fn ranges(
+        &mut self,
+        params: &Params,
+        values: &[T],
+        [first, layer]: [usize; 2],
+        ranges: &mut [Range],
+    ) -> u64 {
+        let bx = params.slab_extent[0] as usize;
+        let planes = planes(params, params.slab_first[2] as usize + layer);
+        self.fill(params, values, first..first + ranges.len() / bx, planes.clone());
+        let mut odd = 0;
+        for (i, range) in ranges.iter_mut().enumerate() {
+            *range = self.range(params, [i % bx, i / bx]).unwrap_or_else(|| {
+                let origin = [8 * (i % bx), 8 * (first + i / bx)];
+                let [finite, _, owned] = count_odd(params, values, origin, planes.clone());
+                odd += u64::from(owned);
+                if finite == 0 { [u32::MAX, 0] } else { [0, u32::MAX] }
+            });
+        }
+        odd
+    }
+
+    /// Folds some planes of some rows of bricks.
+    fn fill(
+        &mut self,
+        params: &Params,
+        values: &[T],
+        rows: std::ops::Range<usize>,
+        planes: std::ops::Range<usize>,
+    ) {
         self.low.fill(T::HIGHEST);
         self.high.fill(T::LOWEST);
         self.magnitude.fill(0);
         let [nx, ny, _] = params.points.map(|n| n as usize);
         for z in planes {
-            for first in (0..ny).step_by(8) {
-                let rows = first..(first + 9).min(ny);
-                let rows = &values[nx * (rows.start + ny * z)..nx * (rows.end + ny * z)];
-                let own = nx * (first / 8)..nx * (first / 8 + 1);
-                fetch(rows);
+            for (row, first) in rows.clone().map(|row| 8 * row).enumerate() {
+                let samples = &values[nx * (first + ny * z)..nx * ((first + 9).min(ny) + ny * z)];
+                let own = nx * row..nx * (row + 1);
+                fetch(samples);
                 fold_rows(
-                    rows,
+                    samples,
                     &mut self.low[own.clone()],
                     &mut self.high[own.clone()],
                     &mut self.magnitude[own],
@@ -93,12 +134,11 @@ impl<T: Sample> Folds<T> {
         }
     }
 
-    /// The range of a brick of the layer, if all of its samples are finite.
+    /// The range of brick x of a row of them, if all of its samples are finite.
     #[inline(always)]
-    fn range(&self, params: &Params, brick: usize) -> Option<Range> {
-        let [nx, bx] = [params.points[0], params.slab_extent[0]].map(|n| n as usize);
-        let (x, row) = (8 * (brick % bx), brick / bx);
-        let own = nx * row + x..nx * row + nx.min(x + 9);
+    fn range(&self, params: &Params, [brick, row]: [usize; 2]) -> Option<Range> {
+        let nx = params.points[0] as usize;
+        let own = nx * row + 8 * brick..nx * row + nx.min(8 * brick + 9);
         if self.magnitude[own.clone()].iter().any(|&m| m >= 0x7f80_0000) {
             return None;
         }

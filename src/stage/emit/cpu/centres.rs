@@ -1,7 +1,8 @@
 //! CPU twin of `shaders/emit/centres.wgsl`: the vertices within cells that topologically correct marching cubes needs.
 
+use super::crossings::unsnapped;
+use super::field::Gradients;
 use super::snap::{Cell, snap_within};
-use super::vertices::{Gradients, unsnapped};
 use crate::field::unit::{has_direction, unit};
 use crate::field::{NoForm, Points};
 use crate::mesh::Vertex;

@@ -1,9 +1,9 @@
 //! The points of a brick whose samples emit asks for: the ends of its crossed edges, few of 9³.
 
 use super::indices::Beside;
-use super::tetrahedra;
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::{PlaneShape, cell_case, mixed_cells};
+use crate::stage::classify::tetrahedra::DIRECTIONS;
 use crate::stage::method::Method;
 use crate::table::mc33::MC33;
 
@@ -18,11 +18,12 @@ pub fn ends(
     let mut points = [0; 81];
     match method {
         Method::Tetrahedra => {
-            for ([x, y, z], direction) in tetrahedra::Edges::new(record.tetrahedra(), extent) {
-                let row = (y + 9 * z) as usize;
-                points[row] |= 1 << x;
-                points[row + (direction >> 1 & 1) + 9 * (direction >> 2)] |=
-                    1 << (x as usize + (direction & 1));
+            for (row, direction) in (0..64).flat_map(|row| DIRECTIONS.map(move |d| (row, d))) {
+                let (y, z) = (row % 8, row / 8);
+                let crossed = record.tetrahedra().crossed(extent, y, z, direction) as u16;
+                let [dx, dy, dz] = [0, 1, 2].map(|k| (direction >> k & 1) as usize);
+                points[y + 9 * z] |= crossed;
+                points[y + dy + 9 * (z + dz)] |= crossed << dx;
             }
         }
         Method::Mc33 if has_undecided(extent, beside) => return None,

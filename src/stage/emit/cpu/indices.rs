@@ -3,7 +3,7 @@
 //! Where the shader looks up the number of every edge of every triangle, the twin first numbers the edges
 //! of a brick's cells, row by row, and then reads the numbers.
 
-use super::vertices::Edges;
+use super::edges::Edge;
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::{InsideRows, PlaneShape, cell_case, mixed_cells};
 use crate::stage::inside::Inside;
@@ -62,7 +62,10 @@ impl Nearby {
 /// A brick's record and first vertex, for each of the eight bricks from (0,0,0) to (1,1,1) beside a
 /// brick: the owners of its cells' edges.
 pub struct Beside<'a> {
+    own: &'a BrickRecord,
     bricks: [Option<(&'a BrickRecord, u32)>; 8],
+    /// The number of the brick's first vertex, and the one behind its last.
+    numbers: [u32; 2],
     /// Whether the brick's first point is inside.
     first_inside: bool,
 }
@@ -80,7 +83,13 @@ impl<'a> Beside<'a> {
     ) -> Self {
         let slots = nearby.beside(active, active[slot]);
         let bricks = slots.map(|slot| slot.map(|slot| (&records[slot], offsets[slot][0])));
-        Self { bricks, first_inside }
+        let numbers = [offsets[slot][0], offsets[slot + 1][0]];
+        Self { own: &records[slot], bricks, numbers, first_inside }
+    }
+
+    /// The brick's own record.
+    pub(super) fn own(&self) -> &'a BrickRecord {
+        self.own
     }
 
     /// Which of the brick's points are inside: the edges tell, and no sample is asked once more.
@@ -95,7 +104,7 @@ impl<'a> Beside<'a> {
     }
 }
 
-/// The numbers of the vertices on the edges of a brick's cells; scratch of [`emit_indices`](super::emit_indices).
+/// The numbers of the vertices on the edges of a brick's cells; scratch of [`emit`](super::emit).
 ///
 /// The edges of row (y, z), y and z from 0 to 8, begin at `ROW * (y + 9 z)`: those along x of points
 /// 0–7, then those along y and those along z of points 0–8. Only crossed edges have a number, others
@@ -172,12 +181,11 @@ impl EdgeNumbers {
 
     /// Numbers the edges that a brick's cells touch.
     #[inline(always)]
-    fn fill(&mut self, beside: &Beside<'_>) {
+    fn fill(&mut self, edges: &[Edge], beside: &Beside<'_>) {
         // A crossed edge's owner is always active: its two ends straddle iso.
-        if let Some((record, first)) = beside.bricks[0] {
-            for (([x, y, z], axis), number) in Edges::new(record).zip(first..) {
-                *self.at(ROW * (y + 9 * z) + ALONG[axis] + x) = number;
-            }
+        for (edge, number) in edges.iter().zip(beside.numbers[0]..) {
+            let [x, y, z] = [0, 1, 2].map(|k| edge.coordinate(k));
+            *self.at(ROW * (y + 9 * z) + x + edge.way(1) * ALONG[1] + edge.way(2) * ALONG[2]) = number;
         }
         for z in 0..8 {
             self.row(beside, 2, 8, z);
@@ -234,26 +242,28 @@ fn row_start(record: &BrickRecord, first: u32, y: u32, z: u32) -> (u32, u32) {
 pub fn emit_indices(
     params: &Params,
     extent: [usize; 3],
+    edges: &[Edge],
     beside: &Beside<'_>,
     numbers: &mut EdgeNumbers,
     triangles: &mut [[u32; 3]],
 ) {
+    numbers.fill(edges, beside);
     indices(params, extent, beside, numbers, triangles, |_, _, _, _| None);
 }
 
-/// [`emit_indices`] for topologically correct marching cubes; `end` is the number behind the brick's last vertex, from where
-/// its centres are counted backwards.
+/// [`emit_indices`] for topologically correct marching cubes; centres are counted backwards from the brick's last vertex.
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub fn emit_indices_mc33(
     params: &Params,
     inside: Inside,
     samples: &Samples<'_>,
+    edges: &[Edge],
     beside: &Beside<'_>,
     numbers: &mut EdgeNumbers,
-    end: u32,
     triangles: &mut [[u32; 3]],
 ) {
-    let mut end = end;
+    numbers.fill(edges, beside);
+    let [_, mut end] = beside.numbers;
     let of_cell = |case, [x, y, z]: [usize; 3], numbers: &EdgeNumbers, left: &mut [[u32; 3]]| {
         if MC33.is_decided(case) {
             return None;
@@ -280,13 +290,12 @@ fn indices(
     params: &Params,
     extent: [usize; 3],
     beside: &Beside<'_>,
-    numbers: &mut EdgeNumbers,
+    numbers: &EdgeNumbers,
     triangles: &mut [[u32; 3]],
     mut of_cell: impl FnMut(u8, [usize; 3], &EdgeNumbers, &mut [[u32; 3]]) -> Option<usize>,
 ) {
     let table = &CORNERS[params.mirrored as usize & 1];
     let rows = beside.inside_rows();
-    numbers.fill(beside);
     let mut left = triangles;
     for z in 0..8 {
         let corners = rows.corners(z);

@@ -1,6 +1,6 @@
 //! CPU twin of `shaders/place/snapped.wgsl`: vertices where the field itself crosses iso, all of a batch together.
 
-use super::vertices::{Crossings, crossing, is_beyond};
+use super::crossings::{Crossings, crossing, is_beyond};
 use crate::field::unit::{has_direction, largest, unit};
 use crate::field::{Field, NoForm, Points};
 use crate::stage::inside::Inside;

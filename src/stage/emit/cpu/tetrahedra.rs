@@ -5,42 +5,6 @@ use crate::stage::classify::tetrahedra::{DIRECTIONS, TetraRecord};
 use crate::stage::params::Params;
 use crate::table::tetrahedra::MARCHING_TETRAHEDRA;
 
-/// The crossed owned edges of a brick, in the order of its vertices: by row, direction, place.
-pub(super) struct Edges<'a> {
-    record: &'a TetraRecord,
-    extent: [usize; 3],
-    /// Of rows and directions: the number of the next pair.
-    next: usize,
-    left: u32,
-}
-
-impl<'a> Edges<'a> {
-    pub(super) fn new(record: &'a TetraRecord, extent: [usize; 3]) -> Self {
-        Self { record, extent, next: 0, left: 0 }
-    }
-}
-
-impl Iterator for Edges<'_> {
-    /// x, y, z of the owner in the brick, and the direction.
-    type Item = ([u32; 3], usize);
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<Self::Item> {
-        while self.left == 0 {
-            let (row, d) = (self.next / 7, self.next % 7 + 1);
-            if row == 64 {
-                return None;
-            }
-            self.next += 1;
-            self.left = self.record.crossed(self.extent, row % 8, row / 8, d as u32);
-        }
-        let x = self.left.trailing_zeros();
-        self.left &= self.left - 1;
-        let (row, d) = ((self.next - 1) / 7, (self.next - 1) % 7 + 1);
-        Some(([x, row as u32 % 8, row as u32 / 8], d))
-    }
-}
-
 /// The numbers of the vertices on the edges of a brick's cells; scratch of [`emit_indices`]. Those of point (x, y, z), each
 /// from 0 to 8, begin at `8 (x + 16 (y + 9 z))`, by direction.
 fn place([x, y, z]: [usize; 3]) -> usize {
