@@ -11,7 +11,7 @@ use crate::grid::Grid;
 use crate::memory;
 use crate::mesh::Mesh;
 use crate::stage::cull::bounds::{Culled, cull_changed};
-use crate::stage::emit::cpu::renumber_brick;
+use crate::stage::emit::cpu::Renumber;
 use crate::stage::normals::cpu::{add_neighbours, average};
 use crate::stage::params::Params;
 use glam::UVec3;
@@ -363,7 +363,7 @@ fn new_numbers(job: &Job<'_>, last: &Last, kept: &Kept, from: &[u32]) -> Vec<u32
         (own, left) = left.split_at_mut(size);
         parts.push((first..end, own));
     }
-    parts.into_par_iter().for_each(|(slots, mut left)| {
+    parts.into_par_iter().for_each_init(Renumber::default, |renumber, (slots, mut left)| {
         let mut now = kept.bricks.partition_point(|&brick| brick < last.kept.bricks[slots.start]);
         for slot in slots {
             let own;
@@ -380,7 +380,7 @@ fn new_numbers(job: &Job<'_>, last: &Last, kept: &Kept, from: &[u32]) -> Vec<u32
                 let origin = job.params.brick_origin(brick).to_array();
                 let extent = [0, 1, 2].map(|k| (job.params.points[k] - origin[k]).min(9) as usize);
                 let records = [&last.kept.records[slot], &kept.records[now]];
-                renumber_brick(job.params.method, extent, records, first, own);
+                renumber.brick(job.params.method, extent, records, first, own);
             } else {
                 own.iter_mut().zip(first..).for_each(|(to, number)| *to = number);
             }

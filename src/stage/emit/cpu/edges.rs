@@ -117,24 +117,30 @@ fn in_seven_directions(list: &mut [Edge; MOST + ROUND], extent: [usize; 3], reco
     MOST + ROUND - places.len()
 }
 
-/// Of a brick of `extent` samples with one record before and another after: the number that each vertex before has after,
-/// `first` being that of the brick's first vertex; nothing of those on edges that are no longer crossed, and of those
-/// within cells.
-pub fn renumber_brick(
-    method: Method,
-    extent: [usize; 3],
-    records: [&BrickRecord; 2],
-    first: u32,
-    numbers: &mut [u32],
-) {
-    let mut lists = [EdgeList::default(), EdgeList::default()];
-    let [before, after] = &mut lists;
-    let before = before.fill(method, extent, records[0]);
-    let mut now = (first..).zip(after.fill(method, extent, records[1])).peekable();
-    for (to, edge) in numbers.iter_mut().zip(before) {
-        while now.next_if(|(_, other)| other.order() < edge.order()).is_some() {}
-        if let Some((number, _)) = now.next_if(|(_, other)| *other == edge) {
-            *to = number;
+/// From the numbers of a brick's vertices to those they have after a change; what it needs is kept from brick to brick.
+#[derive(Default)]
+pub struct Renumber([EdgeList; 2]);
+
+impl Renumber {
+    /// Of a brick of `extent` samples with one record before and another after: the number that each vertex before has after,
+    /// `first` being that of the brick's first vertex; nothing of those on edges that are no longer crossed, and of those
+    /// within cells.
+    pub fn brick(
+        &mut self,
+        method: Method,
+        extent: [usize; 3],
+        records: [&BrickRecord; 2],
+        first: u32,
+        numbers: &mut [u32],
+    ) {
+        let [before, after] = &mut self.0;
+        let before = before.fill(method, extent, records[0]);
+        let mut now = (first..).zip(after.fill(method, extent, records[1])).peekable();
+        for (to, edge) in numbers.iter_mut().zip(before) {
+            while now.next_if(|(_, other)| other.order() < edge.order()).is_some() {}
+            if let Some((number, _)) = now.next_if(|(_, other)| *other == edge) {
+                *to = number;
+            }
         }
     }
 }

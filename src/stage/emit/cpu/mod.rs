@@ -13,7 +13,7 @@ mod volume;
 
 pub use centres::NormalsOf;
 pub use crossings::FAR;
-pub use edges::renumber_brick;
+pub use edges::Renumber;
 pub use ends::{count, ends};
 pub use field::Gradients;
 pub use indices::{Beside, Nearby};
