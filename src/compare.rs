@@ -348,6 +348,7 @@ fn compare_emit(
     let (mut has_normals, mut has_positions, mut is_marked) = (true, true, false);
     let mut twin = Mesh::default();
     let mut nearby = Nearby::new(params, &gpu.active, 0);
+    let mut work = Work::default();
     for (slot, &brick) in gpu.active.iter().enumerate() {
         let size = [0, 1].map(|i| gpu.offsets[slot + 1][i].saturating_sub(gpu.offsets[slot][i]) as usize);
         // A defect elsewhere must not ask for absurd memory here: a brick has no more than this.
@@ -357,7 +358,6 @@ fn compare_emit(
         let here = (params.brick_origin(brick), &samples);
         let first = inside.test(samples.at(0, 0, 0));
         let beside = Beside::new(&mut nearby, &gpu.active, &gpu.records, &gpu.offsets, first, slot);
-        let mut work = Work::default();
         let mut vertices_of = |normals| {
             emit(params, inside, normals, here, &beside, &mut work, (&mut vertices, &mut triangles))
         };

@@ -129,38 +129,37 @@ impl<'a> Job<'a> {
     }
 
     /// Makes the table of ranges of a volume, and classifies its bricks meanwhile, while their samples are at hand. Tells how many of them
-    /// were active.
+    /// were active; `None` where the records do not fit twice, as they are gathered: nothing is classified then.
     pub(super) fn classify_fresh(
         &self,
         values: &Values,
         kept: &mut Kept,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> (BrickRanges, Result<usize, ExtractError>) {
+    ) -> (BrickRanges, Option<usize>) {
         let done = Progress::new(progress, self.params.slab_bricks as usize);
-        let [active, found] = [(); 2].map(|()| AtomicUsize::new(0));
-        let fits = |found: usize| self.budget(RECORDS, found as u64 * KEPT_BYTES);
-        let (ranges, odd, tasks) = range_and(&self.params, values, |kept: &mut Kept, first, ranges| {
-            let before = kept.bricks.len();
-            if fits(found.load(Ordering::Relaxed)).is_err() {
+        let active = AtomicUsize::new(0);
+        let fits = |bricks: usize| self.budget(RECORDS, 2 * bricks as u64 * KEPT_BYTES).is_ok();
+        let (ranges, odd, parts) = range_and(&self.params, values, |kept: &mut Kept, first, ranges| {
+            let straddles = |range: &&[u32; 2]| straddles(&self.params, **range);
+            let here = ranges.iter().filter(straddles).count();
+            if !fits(here + active.fetch_add(here, Ordering::Relaxed)) {
                 return;
             }
-            let numbered = (first..).zip(ranges);
-            for (brick, _) in numbered.filter(|(_, range)| straddles(&self.params, **range)) {
+            kept.reserve(here);
+            for (brick, _) in (first..).zip(ranges).filter(|(_, range)| straddles(range)) {
                 let samples = Samples::of_source(values, &self.params, self.params.brick_origin(brick));
                 let mut record = BrickRecord::zeroed();
                 let count = self.classify_brick(&samples, &mut record);
                 kept.push(brick, &record, count, self.inside.test(samples.at(0, 0, 0)));
-                active.fetch_add(1, Ordering::Relaxed);
             }
-            found.fetch_add(kept.bricks.len() - before, Ordering::Relaxed);
             done.add(ranges.len());
         });
-        let found = found.into_inner();
-        let active = fits(found).map(|()| {
-            kept.gather(found, tasks);
-            active.into_inner()
-        });
-        ((ranges, odd), active)
+        let active = active.into_inner();
+        if !fits(active) {
+            return ((ranges, odd), None);
+        }
+        kept.gather(parts.iter().map(|part| part.bricks.len()).sum(), parts);
+        ((ranges, odd), Some(active))
     }
 
     /// Classifies the bricks in `kept`, those of a volume: nearly all of them have surface, so that their records are made where

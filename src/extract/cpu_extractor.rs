@@ -100,11 +100,11 @@ impl CpuExtractor {
                 let mut classified = None;
                 let (ranges, odd) = volume.ranges(|values| {
                     let (ranges, active) = job.classify_fresh(values, kept, progress);
-                    classified = Some(active);
+                    classified = active;
                     ranges
                 });
                 let active = if let Some(active) = classified {
-                    active?
+                    active
                 } else {
                     let straddling = (0..).zip(ranges).filter(|(_, range)| straddles(&job.params, **range));
                     kept.bricks.extend(straddling.map(|(brick, _)| brick));

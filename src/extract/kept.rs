@@ -143,8 +143,7 @@ impl Kept {
         }
     }
 
-    /// Adds the bricks of tasks, so many in all. Each task's memory is let go before the next is copied, so that hardly more is touched than
-    /// is kept.
+    /// Adds the bricks of tasks, so many in all. For a moment there are both.
     pub(super) fn gather(&mut self, bricks: usize, tasks: Vec<Self>) {
         self.reserve(bricks);
         for mut task in tasks {

@@ -52,7 +52,7 @@ fn the_same_meshes() {
 
 /// A volume's first extraction, which classifies a few rows of bricks at a time as it makes the table of ranges, and the second, which
 /// reads the table: both have what a field with the same samples gives. Of long rows one is taken at a time, of shorter ones several.
-/// Goes red when `range_of` (src/stage/cull/cpu.rs) leaves out `first` in the number that `then` gets.
+/// Goes red when `range_of` (src/stage/cull/cpu.rs) leaves out `first` in the number that `then` gets, and when it gives its tasks back in another order.
 #[test]
 fn long_rows_of_volumes() {
     for (cells, sense) in

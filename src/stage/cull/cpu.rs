@@ -25,7 +25,7 @@ pub fn range(params: &Params, values: &Values) -> (Vec<Range>, u64) {
 }
 
 /// As [`range`]. `then` hears of each few rows of bricks along x while their samples, which have just been read, are in the processor's
-/// cache: the number of their first brick, and their ranges. It is handed what its task works on, in the end the tasks' in order.
+/// cache: the number of their first brick, and their ranges. What it makes of the first argument is returned, in the order of the bricks.
 pub fn range_and<W: Default + Send>(
     params: &Params,
     values: &Values,
@@ -40,27 +40,33 @@ fn range_of<T: Sample, W: Default + Send>(
     then: impl Fn(&mut W, u32, &[Range]) + Sync,
 ) -> (Vec<Range>, u64, Vec<W>) {
     let [bx, by, bz] = params.slab_extent.map(|n| n as usize);
-    let mut ranges = vec![[u32::MAX, 0]; bx * by * bz];
-    let layers = bz.div_ceil(8 * rayon::current_num_threads()).clamp(1, LAYERS);
-    let tasks = ranges.par_chunks_mut(bx * by * layers).enumerate().map(|(task, ranges)| {
-        let rows = (AT_ONCE / (72 * params.points[0] as usize * size_of::<T>())).clamp(1, by);
+    let rows = (AT_ONCE / (72 * params.points[0] as usize * size_of::<T>())).clamp(1, by);
+    let blocks = by.div_ceil(rows);
+    let layers = (bz * blocks).div_ceil(8 * rayon::current_num_threads()).clamp(1, LAYERS);
+    // A task has a few rows of some layers, one layer after another: the plane between two is read twice, the second time from the cache.
+    let tasks = (0..bz.div_ceil(layers) * blocks).into_par_iter().map(|task| {
+        let first = task % blocks * rows;
         let mut folds = Folds::<T>::new(params, rows);
-        let mut odd = 0;
-        let mut work: Vec<W> = ranges.chunks(bx * by).map(|_| W::default()).collect();
-        // Layers innermost: the plane between two is read twice, the second time from the cache.
-        for first in (0..by).step_by(rows) {
-            for (layer, work) in work.iter_mut().enumerate() {
-                let bricks = bx * (first + by * layer)..bx * ((first + rows).min(by) + by * layer);
-                let ranges = &mut ranges[bricks.clone()];
-                let layer = layer + task * layers;
-                odd += folds.ranges(params, values, [first, layer], ranges);
-                then(work, (bx * (first + by * layer)) as u32, ranges);
-            }
-        }
-        (odd, work)
+        let layers = (task / blocks * layers..bz).take(layers).map(|layer| {
+            let mut ranges = vec![[u32::MAX, 0]; bx * rows.min(by - first)];
+            let odd = folds.ranges(params, values, [first, layer], &mut ranges);
+            let mut work = W::default();
+            then(&mut work, (bx * (first + by * layer)) as u32, &ranges);
+            (ranges, odd, work)
+        });
+        layers.collect::<Vec<_>>().into_iter()
     });
-    let (odd, work): (Vec<u64>, Vec<Vec<W>>) = tasks.unzip();
-    (ranges, odd.into_iter().sum(), work.into_iter().flatten().collect())
+    let mut tasks: Vec<_> = tasks.collect();
+    let (mut table, mut all_odd, mut works) = (Vec::with_capacity(bx * by * bz), 0, Vec::new());
+    for layer in 0..bz {
+        for task in &mut tasks[layer / layers * blocks..][..blocks] {
+            let Some((ranges, odd, work)) = task.next() else { continue };
+            table.extend(ranges);
+            all_odd += odd;
+            works.push(work);
+        }
+    }
+    (table, all_odd, works)
 }
 
 /// The planes of a layer of bricks, counted from the first that the values hold.

@@ -16,7 +16,8 @@ const REACH: usize = 2 * CENTRE + 1;
 /// A copy of the samples of a brick and of those around it: 11³, fewer at the volume's end. Each line of memory is read once and in
 /// order, as memory likes it, and what vertices ask for is near, whatever type and pitch the volume has.
 pub(super) struct Around {
-    /// 11 planes, with one more before them and one behind. Where the volume has no sample there is what was there before.
+    /// 11 planes, with one more before them and one behind. Where the volume has no sample, and in planes that no edge asks for, there is
+    /// what was there before.
     samples: Box<[f32; (SAMPLES + 2) * PITCH[2]]>,
     /// Where the first sample of the brick lies.
     first: usize,
