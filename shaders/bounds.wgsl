@@ -8,14 +8,12 @@
 
 @group(0) @binding(4) var<storage, read_write> map: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> boxes: array<u32>;
-@group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;
 
 // Bricks along the edge of a part: 16, 4 or 1.
 override side: u32 = 1u;
 
 const LARGE = 16u;
 const SMALL = 4u;
-const MAX_GROUPS = 65535u;
 
 // A coordinate in the world over a box of grid points.
 fn iv_world(origin: f32, step: vec3<f32>, x: vec2<f32>, y: vec2<f32>, z: vec2<f32>) -> vec2<f32> {
@@ -104,12 +102,9 @@ fn narrow(
     }
 }
 
-// Arguments of the dispatch over the boxes that `narrow` has listed, behind those of the batches and of normals.
+// Arguments of the dispatch over the boxes that `narrow` has listed.
 @compute @workgroup_size(1)
 fn dispatch_boxes() {
     let count = select(atomicLoad(&work.small_boxes), atomicLoad(&work.large_boxes), side == LARGE);
-    let place = 6u * work.batches + 6u;
-    dispatches[place] = min(count, MAX_GROUPS);
-    dispatches[place + 1u] = (count + MAX_GROUPS - 1u) / MAX_GROUPS;
-    dispatches[place + 2u] = 1u;
+    write_dispatch(3u * work.batches + 2u, count);
 }

@@ -9,9 +9,6 @@
 // Lowest and highest order key of a brick's samples. A brick with samples that are not finite beside
 // finite ones has the widest range; a brick of none but such has an empty one.
 @group(0) @binding(3) var<storage, read_write> ranges: array<vec2<u32>>;
-@group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;
-
-const MAX_GROUPS = 65535u;
 
 // One brick an invocation: no barriers, which software adapters pay dearly for, and a GPU has enough
 // bricks to stay busy while it waits for samples.
@@ -93,16 +90,12 @@ fn arrange() {
     }
     for (var batch = 0u; batch < work.batches; batch++) {
         let first = batch * work.batch_slots;
-        write_dispatch(2u * batch, first, work.active_bricks);
-        write_dispatch(2u * batch + 1u, first, work.own_active);
+        write_dispatch(3u * batch, slots_of_batch(first, work.active_bricks));
+        write_dispatch(3u * batch + 1u, slots_of_batch(first, work.own_active));
     }
 }
 
-// Arguments for one workgroup a slot from `first` to `end`, at most a batch.
-fn write_dispatch(place: u32, first: u32, end: u32) {
-    let count = min(end - min(first, end), work.batch_slots);
-    let x = min(count, MAX_GROUPS);
-    dispatches[3u * place] = x;
-    dispatches[3u * place + 1u] = select(0u, (count + MAX_GROUPS - 1u) / MAX_GROUPS, count > 0u);
-    dispatches[3u * place + 2u] = 1u;
+// The slots from `first` to `end`, at most a batch.
+fn slots_of_batch(first: u32, end: u32) -> u32 {
+    return min(end - min(first, end), work.batch_slots);
 }

@@ -6,12 +6,28 @@
 // Which triangles there are: shaders/emit/cubes.wgsl, tetrahedra.wgsl. Who makes which triangle of cubes: shaders/emit/
 // rows.wgsl, cells.wgsl. How many invocations a workgroup has, LANES and ROW_LANES, says the form.
 
+// The active bricks, and behind them the slots of those that make anything, which scan has listed (shaders/scan/bricks.wgsl).
 @group(0) @binding(6) var<storage, read> active_list: array<u32>;
 // First vertex and triangle of each slot, within the slab.
 @group(0) @binding(9) var<storage, read> offsets: array<vec2<u32>>;
 @group(0) @binding(13) var<storage, read_write> vertices: array<f32>;
 @group(0) @binding(14) var<storage, read_write> indices: array<u32>;
 @group(0) @binding(15) var<storage, read_write> header: MeshHeader;
+
+const NO_SLOT = 0xffffffffu;
+
+// The listed slots of a batch: where they begin among them, and the end.
+fn listed_slots(batch: u32) -> vec2<u32> {
+    let begin = 2u * work.slots + batch;
+    return vec2<u32>(active_list[begin], active_list[begin + 1u]);
+}
+
+// The slot that a workgroup works on, if there is one for it.
+fn listed_slot(group: vec3<u32>, groups: vec3<u32>) -> u32 {
+    let listed = listed_slots(call.first_slot / work.batch_slots);
+    let place = listed.x + group.y * groups.x + group.x;
+    return select(NO_SLOT, active_list[work.slots + min(place, work.slots)], place < listed.y);
+}
 
 // 2⁻⁹⁰: differences below it are taken of scaled numbers. Some drivers flush results below 2⁻¹²⁶ to zero.
 const SMALL = 0x1p-90f;
@@ -80,7 +96,7 @@ fn write_vertex(place: u32, vertex: Vertex) {
     vertices[out + 5u] = vertex.normal.z;
 }
 
-// The totals of the slab's own bricks, and the mesh header (`MeshHeader` in src/gpu/mesh.rs): draw
+// The totals of the slab's own bricks, the arguments of the dispatches over those of each batch that make anything, and the mesh header (`MeshHeader` in src/gpu/mesh.rs): draw
 // arguments that draw nothing when a buffer is too short, and the sizes needed.
 @compute @workgroup_size(1)
 fn totals() {
@@ -90,6 +106,10 @@ fn totals() {
     work.triangles = total.y;
     for (var run = 0u; run < 4u; run++) {
         work.run_vertices[run] = offsets[work.run_slots[run]].x;
+    }
+    for (var batch = 0u; batch < work.batches; batch++) {
+        let listed = listed_slots(batch);
+        write_dispatch(3u * batch + 2u, listed.y - listed.x);
     }
     let vertices_short = total.x > call.vertex_capacity;
     let triangles_short = total.y > call.triangle_capacity;

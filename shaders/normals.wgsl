@@ -5,7 +5,6 @@
 // each word of a mark is MARK + 8 sum, and the lowest three bits of the first are the code of the edge.
 // CPU twin: src/stage/normals/cpu.rs.
 
-@group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;
 @group(0) @binding(13) var<storage, read_write> vertices: array<atomic<u32>>;
 @group(0) @binding(14) var<storage, read> indices: array<u32>;
 @group(0) @binding(15) var<storage, read> header: MeshHeader;
@@ -22,7 +21,6 @@ const LANES = 64u;
 // Items of an invocation. It first looks through all for marks, which few have: lavapipe executes what nobody takes, so that this
 // waits for a loop over those alone.
 const ITEMS = 32u;
-const MOST_GROUPS = 65535u;
 
 // The first item of an invocation; the next ones follow each LANES further on.
 fn first_item(lane: u32, group: vec3<u32>, groups: vec3<u32>) -> u32 {
@@ -30,20 +28,16 @@ fn first_item(lane: u32, group: vec3<u32>, groups: vec3<u32>) -> u32 {
 }
 
 fn arrange_for(place: u32, items: u32, wanted: bool) {
-    let groups = items / (LANES * ITEMS) + 1u;
-    dispatches[place] = select(0u, min(groups, MOST_GROUPS), wanted);
-    dispatches[place + 1u] = select(0u, groups / MOST_GROUPS + 1u, wanted);
-    dispatches[place + 2u] = select(0u, 1u, wanted);
+    write_dispatch(place, select(0u, items / (LANES * ITEMS) + 1u, wanted));
 }
 
 // Where the mesh is recorded without waiting: how many workgroups there are to run, none if nothing is marked.
-// They lie behind those of the batches (src/stage/normals/mod.rs).
 @compute @workgroup_size(1)
 fn arrange() {
     let marked = atomicLoad(&work.singular) != 0u;
     // Of a mesh that does not fit triangles are missing, but no mark is left in it either.
-    arrange_for(6u * work.batches, header.triangles, marked && header.overflow == 0u);
-    arrange_for(6u * work.batches + 3u, min(header.vertices, call.vertex_capacity), marked);
+    arrange_for(3u * work.batches, header.triangles, marked && header.overflow == 0u);
+    arrange_for(3u * work.batches + 1u, min(header.vertices, call.vertex_capacity), marked);
 }
 
 // The normal of a vertex in parts, times 8; nothing of one that is marked, or not in the window.

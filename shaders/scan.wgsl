@@ -1,11 +1,11 @@
-// scan: exclusive prefix sums of pairs of counters, the total behind the last. What is scanned, `item`, and where the
-// sums go, `put`, are those of shaders/scan/counts.wgsl or map.wgsl.
+// scan: exclusive prefix sums of three counters at once, the total behind the last. What is scanned, `item`, and where the
+// sums go, `put` and `put_total`, are those of shaders/scan/bricks.wgsl, counts.wgsl or map.wgsl.
 //
 // Reduce, then scan (three dispatches): deterministic, and no workgroup waits for another. An invocation sums RUN items,
 // many on software adapters, which pay dearly for barriers, and one on GPUs (src/gpu/form.rs).
 // CPU twin: src/stage/scan/cpu.rs.
 
-@group(0) @binding(11) var<storage, read_write> partials: array<vec2<u32>>;
+@group(0) @binding(11) var<storage, read_write> partials: array<Sum>;
 
 // The items of an invocation: the first, and the one behind the last.
 fn run_of(lane: Lane, group: vec3<u32>, groups: vec3<u32>) -> vec2<u32> {
@@ -14,8 +14,8 @@ fn run_of(lane: Lane, group: vec3<u32>, groups: vec3<u32>) -> vec2<u32> {
     return vec2<u32>(first, min(first + RUN, n));
 }
 
-fn sum_of(run: vec2<u32>) -> vec2<u32> {
-    var sum = vec2<u32>(0u);
+fn sum_of(run: vec2<u32>) -> Sum {
+    var sum = Sum();
     for (var i = run.x; i < run.y; i++) {
         sum += item(i);
     }
@@ -43,7 +43,7 @@ fn scan_partials(lane: Lane) {
     let chunk = (n + GROUP - 1u) / GROUP;
     let first = min(lane_of(lane) * chunk, n);
     let end = min(first + chunk, n);
-    var sum = vec2<u32>(0u);
+    var sum = Sum();
     for (var i = first; i < end; i++) {
         sum += partials[i];
     }
@@ -71,11 +71,11 @@ fn apply(
     }
     for (var i = run.x; i < run.y; i++) {
         let own = item(i);
-        put(i, before);
+        put(i, own, before);
         before += own;
     }
     // Where there is nothing to scan, the total is still there for those who read it.
     if (run.y == n && run.x < n) || (n == 0u && number == 0u && lane_of(lane) == 0u) {
-        put(n, before);
+        put_total(n, before);
     }
 }

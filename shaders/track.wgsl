@@ -8,12 +8,9 @@
 // A brick's bit is set once it is reached.
 @group(0) @binding(4) var<storage, read_write> map: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read_write> active_list: array<u32>;
-@group(0) @binding(7) var<storage, read_write> dispatches: array<u32>;
 
 // Lies where the counts of the active bricks will.
 @group(0) @binding(9) var<storage, read_write> queue: array<u32>;
-
-const MAX_GROUPS = 65535u;
 
 // Sets the bit of a brick; whether it was set before.
 fn reach(brick: u32) -> bool {
@@ -45,9 +42,7 @@ fn advance(@builtin(local_invocation_index) lane: u32) {
         work.taken = first + count;
         work.active_bricks = count;
         work.rounds += u32(count > 0u);
-        dispatches[0] = min(count, MAX_GROUPS);
-        dispatches[1] = (count + MAX_GROUPS - 1u) / MAX_GROUPS;
-        dispatches[2] = 1u;
+        write_dispatch(0u, count);
     }
 }
 

@@ -178,6 +178,8 @@ pub fn compare(
     extractor.poison(&space);
     let extraction = extractor.extract_in(&space, source, options, &|_| {})?;
     let mesh = extraction.mesh.read(extractor.gpu())?;
+    // Classify may have taken them itself, and left those of bricks with surface alone.
+    extractor.sample_all(&space, options)?;
     let gpu = Snapshot::read(extractor, &space)?;
     let sense = options.sense.unwrap_or(source.sense());
     let params = Params::new(source.grid(), options.iso, sense)

@@ -87,6 +87,7 @@ fn all() -> Vec<(String, Module, ModuleInfo)> {
     for form in Form::ALL {
         sources.extend([
             (format!("scan of the map, {form:?}"), shaders::scan(Scanned::Map, form)),
+            (format!("scan of bricks, {form:?}"), shaders::scan(Scanned::Bricks, form)),
             (format!("scan of counts, {form:?}"), shaders::scan(Scanned::Counts, form)),
         ]);
     }

@@ -1,9 +1,5 @@
 // What the samples of a row say that are there. Used by classify where an invocation takes whole rows.
 
-fn three_flags(bits: vec3<u32>) -> u32 {
-    return sample_flags(bits.x) | (sample_flags(bits.y) << 1u) | (sample_flags(bits.z) << 2u);
-}
-
 // Inside bits of the nine points of row (y, z); in the upper half, which of them are NaN or infinite.
 fn row_flags(slot: u32, origin: vec3<u32>, y: u32, z: u32) -> u32 {
     let start = row_start(slot, origin, y, z);

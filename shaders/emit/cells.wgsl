@@ -8,8 +8,6 @@ var<workgroup> plane_first: array<u32, 36>;
 // Their rows as in records, y + 9 z (0 to 8) and 81 further on those next along x: crossed edges, and vertices of the plane's earlier rows.
 var<workgroup> row_words: array<u32, 162>;
 
-const NO_SLOT = 0xffffffffu;
-
 // The cells that have triangles, in no order: the cell x + 8 y + 64 z in 9 bits, its case in 8, whether it is undecided in one, and above
 // them the triangles of the brick's earlier cells (at most 511 * 14).
 var<workgroup> listed: atomic<u32>;
@@ -152,8 +150,8 @@ fn emit_indices(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     take_settings();
-    let slot = slot_of(group, groups);
-    let live = slot < batch_end(work.own_active);
+    let slot = listed_slot(group, groups);
+    let live = slot != NO_SLOT;
     let brick = active_list[select(call.first_slot, slot, live)];
     let origin = brick_origin(brick);
     if live {

@@ -9,8 +9,8 @@ fn emit_centres(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     take_settings();
-    let slot = slot_of(group, groups);
-    if slot >= batch_end(work.own_active) {
+    let slot = listed_slot(group, groups);
+    if slot == NO_SLOT {
         return;
     }
     // Of the invocation's rows, which have any. Few do, and what lavapipe executes for none of them it should once a brick.

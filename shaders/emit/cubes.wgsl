@@ -81,8 +81,8 @@ fn emit_vertices(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     take_settings();
-    let slot = slot_of(group, groups);
-    let live = slot < batch_end(work.own_active);
+    let slot = listed_slot(group, groups);
+    let live = slot != NO_SLOT;
     if live {
         for (var row = lane; row < 64u; row += LANES) {
             let word = records[slot].rows[row];

@@ -97,8 +97,8 @@ fn emit_indices(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     take_settings();
-    let slot = slot_of(group, groups);
-    let live = slot < batch_end(work.own_active);
+    let slot = listed_slot(group, groups);
+    let live = slot != NO_SLOT;
     let brick = active_list[select(call.first_slot, slot, live)];
     if live {
         load_edges(slot, brick, row);

@@ -66,8 +66,8 @@ fn emit_vertices(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     take_settings();
-    let slot = slot_of(group, groups);
-    if slot >= batch_end(work.own_active) {
+    let slot = listed_slot(group, groups);
+    if slot == NO_SLOT {
         return;
     }
     let origin = brick_origin(active_list[slot]);
@@ -112,8 +112,8 @@ fn emit_indices(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     take_settings();
-    let slot = slot_of(group, groups);
-    if slot >= batch_end(work.own_active) {
+    let slot = listed_slot(group, groups);
+    if slot == NO_SLOT {
         return;
     }
     let brick = active_list[slot];

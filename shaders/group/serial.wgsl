@@ -10,13 +10,13 @@ fn lane_of(lane: Lane) -> u32 {
     return lane.index;
 }
 
-var<workgroup> group_values: array<vec2<u32>, GROUP>;
+var<workgroup> group_values: array<Sum, GROUP>;
 
 // The sum of the values of the invocations before this one. Called once a kernel, by all invocations.
-fn group_before(lane: Lane, value: vec2<u32>) -> vec2<u32> {
+fn group_before(lane: Lane, value: Sum) -> Sum {
     group_values[lane.index] = value;
     workgroupBarrier();
-    var sum = vec2<u32>(0u);
+    var sum = Sum(0u);
     for (var i = 0u; i < lane.index; i++) {
         sum += group_values[i];
     }

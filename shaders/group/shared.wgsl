@@ -10,15 +10,15 @@ fn lane_of(lane: Lane) -> u32 {
     return lane.index;
 }
 
-var<workgroup> group_sums: array<vec2<u32>, GROUP>;
+var<workgroup> group_sums: array<Sum, GROUP>;
 
 // The sum of the values of the invocations before this one. Called once a kernel, by all invocations.
-fn group_before(lane: Lane, value: vec2<u32>) -> vec2<u32> {
+fn group_before(lane: Lane, value: Sum) -> Sum {
     var sum = value;
     group_sums[lane.index] = sum;
     workgroupBarrier();
     for (var step = 1u; step < GROUP; step *= 2u) {
-        sum += select(vec2<u32>(0u), group_sums[lane.index - min(lane.index, step)], lane.index >= step);
+        sum += select(Sum(0u), group_sums[lane.index - min(lane.index, step)], lane.index >= step);
         workgroupBarrier();
         group_sums[lane.index] = sum;
         workgroupBarrier();

@@ -13,10 +13,10 @@ fn lane_of(lane: Lane) -> u32 {
     return lane.subgroup * lane.size + lane.index;
 }
 
-var<workgroup> subgroup_sums: array<vec2<u32>, GROUP>;
+var<workgroup> subgroup_sums: array<Sum, GROUP>;
 
 // The sum of the values of the invocations before this one. Called once a kernel, by all invocations.
-fn group_before(lane: Lane, value: vec2<u32>) -> vec2<u32> {
+fn group_before(lane: Lane, value: Sum) -> Sum {
     var sum = subgroupExclusiveAdd(value);
     if lane.index + 1u == lane.size {
         subgroup_sums[lane.subgroup] = sum + value;

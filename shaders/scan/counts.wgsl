@@ -1,17 +1,18 @@
-// What is scanned: the counts of the slab's active bricks, in place, the total behind the last. Where `over_bricks`,
-// as many as the slab has bricks.
+// What is scanned: as many pairs of counts as the slab has bricks, in place, the total behind the last.
 @group(0) @binding(9) var<storage, read_write> counts: array<vec2<u32>>;
 
-override over_bricks: bool;
-
 fn item_count() -> u32 {
-    return select(work.active_bricks, params.slab_bricks, over_bricks);
+    return params.slab_bricks;
 }
 
-fn item(i: u32) -> vec2<u32> {
-    return counts[i];
+fn item(i: u32) -> Sum {
+    return Sum(counts[i], 0u);
 }
 
-fn put(i: u32, before: vec2<u32>) {
-    counts[i] = before;
+fn put(i: u32, own: Sum, before: Sum) {
+    counts[i] = before.xy;
+}
+
+fn put_total(n: u32, total: Sum) {
+    counts[n] = total.xy;
 }

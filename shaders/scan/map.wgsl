@@ -7,17 +7,20 @@ fn item_count() -> u32 {
     return map_words();
 }
 
-fn item(i: u32) -> vec2<u32> {
-    return vec2<u32>(countOneBits(map[i].x), 0u);
+fn item(i: u32) -> Sum {
+    return Sum(countOneBits(map[i].x), 0u, 0u);
 }
 
-fn put(i: u32, before: vec2<u32>) {
-    // There is no brick behind the last word, which takes the total.
-    let bits = select(0u, map[i].x, i < map_words());
+fn put(i: u32, own: Sum, before: Sum) {
+    let bits = map[i].x;
     map[i] = vec2<u32>(bits, before.x);
     var slot = before.x;
     for (var left = bits; left != 0u && slot < work.slots; left &= left - 1u) {
         active_list[slot] = 32u * i + countTrailingZeros(left);
         slot++;
     }
+}
+
+fn put_total(n: u32, total: Sum) {
+    map[n] = vec2<u32>(0u, total.x);
 }

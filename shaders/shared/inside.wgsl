@@ -10,6 +10,13 @@ fn order_key(bits: u32) -> u32 {
     return select(b | 0x80000000u, ~b, (b >> 31u) == 1u);
 }
 
+// How many finite numbers lie further inside, -0 and +0 being one; of NaN and the infinities more than of any number.
+fn inside_rank(bits: u32) -> u32 {
+    // Inside is below: where it is above, of the number with the other sign.
+    let turned = bits ^ (call.flip & 0x80000000u);
+    return select(0x7f7fffffu + turned, 0xff7fffffu - turned, turned >= 0x80000000u);
+}
+
 fn is_inside(bits: u32) -> bool {
-    return is_finite(bits) && (order_key(bits) ^ call.flip) < call.iso_key;
+    return inside_rank(bits) < inside_rank(bitcast<u32>(call.iso));
 }

@@ -28,6 +28,30 @@ fn iso_closer_below(bits: u32) -> u32 {
     return u32((bits & 0x7fffffu) == 0u);
 }
 
+// What is left of a quotient, twice, in units of the divisor's digits: none lies in the middle of two floats.
+fn iso_left_of_quotient(n: u32, d: u32, q: u32) -> i32 {
+    let shift = iso_exponent_of(n) + 150u - iso_exponent_of(d) - iso_exponent_of(q);
+    return bitcast<i32>(((iso_digits_of(n) << shift) - iso_digits_of(q) * iso_digits_of(d)) << 1u);
+}
+
+// What is left of a root, in units of its digits: (s + 1/2)² is s² + s + 1/4.
+fn iso_left_of_root(n: u32, s: u32) -> i32 {
+    let digits = iso_digits_of(s);
+    return bitcast<i32>((iso_digits_of(n) << (iso_exponent_of(n) + 150u - 2u * iso_exponent_of(s))) - digits * digits);
+}
+
+// From `here`, of which so much is left, towards the nearest float: 1, 0, or -1.
+fn iso_step(left: i32, digits: u32, here: u32) -> u32 {
+    let unit = bitcast<i32>(digits);
+    return u32(left > unit) - u32(left <= -(unit >> iso_closer_below(here)));
+}
+
+// Whether one step may not be enough, as it may not be at a power of two or just above. Drivers are seldom further off, and where no
+// invocation is, none waits for the loops below.
+fn iso_is_far(left: i32, digits: u32, here: u32) -> bool {
+    return abs(left) > bitcast<i32>(3u * digits - 3u) || (here & 0x7fffffu) <= 1u;
+}
+
 fn iso_nearest_quotient(a: f32, b: f32, from_driver: f32) -> f32 {
     let n = bitcast<u32>(a);
     let d = bitcast<u32>(b);
@@ -37,15 +61,14 @@ fn iso_nearest_quotient(a: f32, b: f32, from_driver: f32) -> f32 {
         q = bitcast<u32>((a * 0.25) / (b * 0.25));
     }
     if iso_is_normal(iso_exponent_of(n)) && iso_is_normal(iso_exponent_of(d)) && iso_is_well_normal(iso_exponent_of(q)) {
-        for (var i = 0u; i < ISO_MOST_OFF; i++) {
-            let shift = iso_exponent_of(n) + 150u - iso_exponent_of(d) - iso_exponent_of(q);
-            // Twice what is left, beside the divisor: no quotient of floats lies in the middle of two.
-            let left = bitcast<i32>(((iso_digits_of(n) << shift) - iso_digits_of(q) * iso_digits_of(d)) << 1u);
-            let unit = bitcast<i32>(iso_digits_of(d));
-            if left > -(unit >> iso_closer_below(q)) && left < unit {
-                break;
-            }
-            q += select(0xffffffffu, 1u, left > 0);
+        let digits = iso_digits_of(d);
+        let left = iso_left_of_quotient(n, d, q);
+        let is_far = iso_is_far(left, digits, q);
+        var step = iso_step(left, digits, q);
+        q += step;
+        for (var i = 1u; i < ISO_MOST_OFF && is_far && step != 0u; i++) {
+            step = iso_step(iso_left_of_quotient(n, d, q), digits, q);
+            q += step;
         }
     }
     return bitcast<f32>(q);
@@ -55,14 +78,13 @@ fn iso_nearest_root(x: f32, from_driver: f32) -> f32 {
     let n = bitcast<u32>(x);
     var s = bitcast<u32>(from_driver);
     if iso_is_normal(n >> 23u) && iso_is_normal(s >> 23u) {
-        for (var i = 0u; i < ISO_MOST_OFF; i++) {
-            let digits = iso_digits_of(s);
-            let left = bitcast<i32>((iso_digits_of(n) << (iso_exponent_of(n) + 150u - 2u * iso_exponent_of(s))) - digits * digits);
-            // (s + 1/2)² is s² + s + 1/4.
-            if left > -(bitcast<i32>(digits) >> iso_closer_below(s)) && left <= bitcast<i32>(digits) {
-                break;
-            }
-            s += select(0xffffffffu, 1u, left > 0);
+        let left = iso_left_of_root(n, s);
+        let is_far = iso_is_far(left, iso_digits_of(s), s);
+        var step = iso_step(left, iso_digits_of(s), s);
+        s += step;
+        for (var i = 1u; i < ISO_MOST_OFF && is_far && step != 0u; i++) {
+            step = iso_step(iso_left_of_root(n, s), iso_digits_of(s), s);
+            s += step;
         }
     }
     return bitcast<f32>(s);

@@ -7,6 +7,7 @@ use crate::gpu::kernel::{Bindings, binding as b};
 use crate::gpu::{GpuError, GpuMesh, Settings, Timer};
 use crate::mesh::Vertex;
 use crate::stage::classify::Classify;
+use crate::stage::dispatches;
 use crate::stage::emit::Vertices;
 use crate::stage::params::{Params, Work};
 
@@ -37,6 +38,13 @@ impl<'a> RunKernels<'a> {
             sampling,
             vertices: kernels.vertices(gpu, options)?,
         })
+    }
+}
+
+impl RunKernels<'_> {
+    /// With the sample stage, which leaves the samples of all active bricks: classify that takes them itself leaves those with surface.
+    pub(super) fn leaving_all_samples(self) -> Self {
+        Self { sampling: None, ..self }
     }
 }
 
@@ -171,7 +179,7 @@ impl Extractor {
             params.first_slot = batch * space.plan.batch_slots;
             let settings = self.settings(space, &params);
             let bindings = space.bindings(self, &settings);
-            let offset = 24 * u64::from(batch);
+            let offset = dispatches::active(batch);
             if kernels.sampling.is_none() {
                 self.encode_sample(space, encoder, &bindings, offset, timer);
             }
@@ -180,12 +188,23 @@ impl Extractor {
             classify.encode(gpu, &mut pass, &bindings, &space.dispatches, offset);
         }
         let mut pass = timer.pass(encoder, "scan", at::SCAN);
-        self.scan_counts.encode(gpu, &mut pass, &bindings, space.plan.slots);
+        self.scan_bricks.encode(gpu, &mut pass, &bindings, space.plan.slots);
         let mut with_header = bindings.clone();
         if let Some(target) = target {
             with_header.set(b::HEADER, &target.mesh.header);
         }
         kernels.method.emit.encode_totals(gpu, &mut pass, &with_header);
+    }
+
+    /// Takes the samples of all active bricks of a run that was one batch, where its source is a field.
+    pub(crate) fn sample_all(&self, space: &Workspace, options: &Options) -> Result<(), GpuError> {
+        let settings = self.settings(space, &space.params(options, space.plan.slab(0)));
+        self.gpu.guarded("samples", 0, || {
+            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+            let bindings = space.bindings(self, &settings);
+            self.encode_sample(space, &mut encoder, &bindings, dispatches::active(0), &mut Timer::off());
+            self.gpu.queue.submit([encoder.finish()]);
+        })
     }
 
     fn encode_sample(
@@ -223,13 +242,12 @@ impl Extractor {
             let mut bindings = space.bindings(self, &settings);
             bindings.set_window(b::VERTICES, &target.mesh.vertices, from[0], size[0]);
             bindings.set_window(b::INDICES, &target.mesh.indices, from[1], size[1]);
-            let offset = 24 * u64::from(batch) + 12;
             if space.plan.batches > 1 {
                 // The batch's samples were overwritten by later batches.
-                self.encode_sample(space, encoder, &bindings, offset, timer);
+                self.encode_sample(space, encoder, &bindings, dispatches::own(batch), timer);
             }
             let mut pass = timer.pass(encoder, "emit", at::EMIT);
-            let to = (&space.dispatches, offset);
+            let to = (&space.dispatches, dispatches::emitting(batch));
             kernels.method.emit.encode(&self.gpu, &mut pass, &bindings, kernels.vertices, to);
         }
     }

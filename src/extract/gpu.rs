@@ -28,8 +28,8 @@ pub struct Extractor {
     pub(crate) gpu: Gpu,
     pub(super) cull: Cull,
     pub(super) scan_map: Scan,
-    pub(super) scan_counts: Scan,
-    pub(crate) scan_all: Scan,
+    pub(super) scan_bricks: Scan,
+    pub(crate) scan_counts: Scan,
     pub(super) normals: Normals,
     pub(super) table: wgpu::Buffer,
     /// Of volumes, by the type of their samples.
@@ -52,8 +52,8 @@ impl Extractor {
         Ok(Self {
             cull: Cull::new(&gpu)?,
             scan_map: Scan::new(&gpu, Scanned::Map)?,
+            scan_bricks: Scan::new(&gpu, Scanned::Bricks)?,
             scan_counts: Scan::new(&gpu, Scanned::Counts)?,
-            scan_all: Scan::new(&gpu, Scanned::AllCounts)?,
             normals: Normals::new(&gpu)?,
             table,
             volumes: Default::default(),
@@ -251,7 +251,7 @@ impl Extractor {
         let space = self.prepare(&Source::Field(*field, coarse), u64::MAX)?;
         let slab = space.plan.slab(0);
         let options = Options { cull: false, ..Options::new(0.0) };
-        let kernels = RunKernels::new(self, &space, &options)?;
+        let kernels = RunKernels::new(self, &space, &options)?.leaving_all_samples();
         let params = self.settings(&space, &space.params(&options, slab));
         let (bytes, usage) = (8 * u64::from(slab.bricks()), U::STORAGE | U::COPY_SRC);
         let ranges = self.gpu.buffer("brick ranges", bytes, usage)?;

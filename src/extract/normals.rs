@@ -7,6 +7,7 @@ use super::workspace::Workspace;
 use super::{ExtractError, Extractor, Options, stage_index as at};
 use crate::gpu::kernel::{Bindings, binding as b};
 use crate::gpu::{GpuMesh, Timer};
+use crate::stage::dispatches;
 use crate::stage::params::Params;
 
 /// Some of the mesh's vertices: the first, and how many.
@@ -30,7 +31,7 @@ impl Extractor {
             .set(b::VERTICES, &target.mesh.vertices)
             .set(b::INDICES, &target.mesh.indices)
             .set(b::HEADER, &target.mesh.header);
-        let arguments = (&space.dispatches, 24 * u64::from(space.plan.batches));
+        let arguments = (&space.dispatches, dispatches::normals(space.plan.batches));
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         self.normals.encode_if_marked(&self.gpu, &mut pass, &bindings, arguments);
     }

@@ -17,27 +17,28 @@ use super::ExtractError;
 use crate::grid::{BRICK, Grid};
 use crate::stage::cull::Bounds;
 use crate::stage::cull::map::BrickMap;
+use crate::stage::dispatches;
 use crate::stage::params::{Params, Work};
 use crate::stage::sample::BRICK_BYTES;
 use crate::volume::Scalar;
 use glam::UVec3;
 use std::collections::BTreeSet;
 
-/// Bytes of active list, counts, record and partial sums, an active brick.
-const SLOT_BYTES: u64 = 4 + 8 + RECORD_BYTES + 1;
+/// Bytes of active list, counts, list of bricks that make anything, record and partial sums, an active brick.
+const SLOT_BYTES: u64 = 4 + 8 + 4 + RECORD_BYTES + 1;
 pub(super) const RECORD_BYTES: u64 = size_of::<crate::stage::classify::BrickRecord>() as u64;
 /// What a slab leaves to be remembered: its counts, on the GPU and read back, and its place in the mesh.
 const SLAB_BYTES: u64 = 2 * size_of::<Work>() as u64 + 32;
-/// What a batch takes beside its samples: dispatch arguments, and the settings to count and to emit with.
-const BATCH_OWN_BYTES: u64 = 24 + 2 * size_of::<Params>() as u64;
+/// What a batch takes beside its samples: dispatch arguments, where its bricks that make anything begin, and the settings to count and to emit with.
+const BATCH_OWN_BYTES: u64 = dispatches::OF_BATCH + 4 + 2 * size_of::<Params>() as u64;
 /// Bricks of the smallest batch.
 const LEAST_BATCH: u64 = 64;
 /// A slab's vertices (at most 1536 an active brick) and triangles (2560) must be counted in 32 bits.
 const MOST_SLOTS: u64 = (u32::MAX / 2560) as u64;
 /// Active bricks that there is always room for: all of a grid of 256³ cells.
 const LEAST_SLOTS: u32 = 33 * 33 * 33;
-/// Samples in memory at once beyond which more gain nothing.
-const BATCH_BYTES: u64 = 1 << 30;
+/// Samples in memory at once. Those of a second batch are taken twice, to count and to emit; but few surfaces have that many.
+const BATCH_BYTES: u64 = 2 << 30;
 /// Rows are not cut finer than this, so that no grid falls apart into a slab a brick.
 const LEAST_RUN: u32 = 64;
 /// A volume goes to the GPU in pieces of about this size, two of them on their way.
@@ -426,7 +427,7 @@ mod tests {
                         plan.bytes <= budget && plan.least_bytes == least,
                         "{cells:?}, {budget}: {plan:?}"
                     );
-                    let settings = u64::from(plan.batches) * (24 + 2 * size_of::<Params>() as u64);
+                    let settings = u64::from(plan.batches) * BATCH_OWN_BYTES;
                     let bricks = u64::from(plan.bricks);
                     let slabs = plan.slab_count() as u64 * SLAB_BYTES;
                     let scratch = bricks / 4 + u64::from(plan.slots) * SLOT_BYTES + slabs + 4096;

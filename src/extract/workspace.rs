@@ -10,10 +10,11 @@ use crate::grid::Grid;
 use crate::stage::classify::{BrickRecord, Classify};
 use crate::stage::cull::map::BrickMap;
 use crate::stage::cull::{Bounds, Range};
+use crate::stage::dispatches;
 use crate::stage::emit::{Emit, Vertices};
-use crate::stage::normals::Normals;
 use crate::stage::params::{Params, Work};
 use crate::stage::sample::{Sample, Samplers};
+use crate::stage::scan::Scan;
 use crate::stage::shaders::{self, Samples};
 use crate::volume::Scalar;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -181,6 +182,7 @@ pub struct Workspace {
     /// Boxes of bricks that may hold surface, where the source is a field.
     pub(super) boxes: wgpu::Buffer,
     pub(super) partials: wgpu::Buffer,
+    /// The active bricks; behind room for all, the slots of those that make anything; behind these, where those of each batch begin.
     pub(super) active: wgpu::Buffer,
     pub(super) records: wgpu::Buffer,
     pub(crate) counts: wgpu::Buffer,
@@ -273,15 +275,11 @@ impl Workspace {
             odd,
             map: buffer("brick map", 8 * words)?,
             boxes: buffer("boxes of bricks", if is_volume { 0 } else { plan.box_bytes() })?,
-            partials: buffer("partial sums", 8 * words.max(slots).div_ceil(64))?,
-            active: buffer("active bricks", 4 * slots)?,
+            partials: buffer("partial sums", Scan::partial_bytes(words.max(slots)))?,
+            active: buffer("active bricks", 4 * (2 * slots + u64::from(plan.batches) + 1))?,
             records: buffer("brick records", slots * size_of::<BrickRecord>() as u64)?,
             counts: buffer("brick counts", 8 * (slots + 1))?,
-            dispatches: gpu.buffer(
-                "dispatches",
-                24 * u64::from(plan.batches) + Normals::ARGUMENT_BYTES + 12,
-                storage | U::INDIRECT,
-            )?,
+            dispatches: gpu.buffer("dispatches", dispatches::bytes(plan.batches), storage | U::INDIRECT)?,
             work: buffer("work", size_of::<Work>() as u64)?,
             work_start: buffer("work at start", size_of::<Work>() as u64)?,
             groups: Groups::default(),
@@ -316,9 +314,9 @@ impl Workspace {
         keeps.then_some(Uploaded { source: self.source, ranges: self.ranges, odd: self.odd })
     }
 
-    /// Where the arguments of the dispatches over boxes lie: behind those of the batches and of normals.
+    /// Where the arguments of the dispatches over boxes lie.
     pub(super) fn box_dispatches(&self) -> (&wgpu::Buffer, u64) {
-        (&self.dispatches, 24 * u64::from(self.plan.batches) + Normals::ARGUMENT_BYTES)
+        (&self.dispatches, dispatches::boxes(self.plan.batches))
     }
 
     /// The bytes of all buffers: no more than the plan says, which counts what a volume takes on its way, too.

@@ -13,8 +13,8 @@ pub enum Form {
     Serial,
     /// Through memory of the workgroup: works on every GPU.
     Shared,
-    /// Sums by subgroup operations, and samples read side by side; the rest as [`Form::Shared`]. For GPUs that have them and
-    /// whose subgroups are all of one size, so that each is full.
+    /// Sums by subgroup operations; the rest as [`Form::Shared`]. For GPUs that have them and whose subgroups are all of one size, which
+    /// divides the workgroups', so that each is full.
     Subgroup,
 }
 
@@ -36,7 +36,8 @@ impl Form {
     pub(super) fn works_on(self, device: &wgpu::Device, info: &wgpu::AdapterInfo) -> bool {
         self != Self::Subgroup
             || (device.features().contains(wgpu::Features::SUBGROUP)
-                && info.subgroup_min_size == info.subgroup_max_size)
+                && info.subgroup_min_size == info.subgroup_max_size
+                && info.subgroup_max_size <= 32)
     }
 }
 

@@ -24,7 +24,7 @@ pub mod binding {
     pub const MAP: usize = 4;
     /// Lists of boxes of bricks.
     pub const BOXES: usize = 5;
-    /// The active list: brick of each slot.
+    /// The active list: brick of each slot; and behind it the slots of bricks that make anything.
     pub const ACTIVE: usize = 6;
     /// Arguments of indirect dispatches.
     pub const DISPATCHES: usize = 7;

@@ -6,6 +6,7 @@
 
 pub mod classify;
 pub mod cull;
+pub mod dispatches;
 pub mod emit;
 pub mod inside;
 pub mod method;

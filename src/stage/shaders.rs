@@ -21,6 +21,7 @@ const COPIED_PARAMS: &str = concat!(
     include_str!("../../shaders/settings/copied.wgsl")
 );
 const WORK: &str = include_str!("../../shaders/shared/work.wgsl");
+const DISPATCH: &str = include_str!("../../shaders/shared/dispatch.wgsl");
 const INSIDE: &str = concat!(
     include_str!("../../shaders/shared/finite.wgsl"),
     "\n",
@@ -43,14 +44,14 @@ const VOLUME: &str = include_str!("../../shaders/source/volume.wgsl");
 const PACKED: &str = include_str!("../../shaders/source/packed.wgsl");
 const BRICKS: &str = include_str!("../../shaders/source/bricks.wgsl");
 const EVALUATE: &str = include_str!("../../shaders/source/evaluate.wgsl");
-const EVALUATE_PLANES: &str = include_str!("../../shaders/source/evaluate_planes.wgsl");
+const EVALUATE_POINTS: &str = include_str!("../../shaders/source/evaluate/points.wgsl");
+const EVALUATE_PLANES: &str = include_str!("../../shaders/source/evaluate/planes.wgsl");
 const GROUP_SERIAL: &str = include_str!("../../shaders/group/serial.wgsl");
 const GROUP_SHARED: &str = include_str!("../../shaders/group/shared.wgsl");
 const GROUP_SUBGROUP: &str = include_str!("../../shaders/group/subgroup.wgsl");
 const ROW_FLAGS: &str = include_str!("../../shaders/brick/row_flags.wgsl");
 const SHARED_ROWS: &str = include_str!("../../shaders/brick/shared_rows.wgsl");
-const READ_SAMPLES: &str = include_str!("../../shaders/brick/read_samples.wgsl");
-const READ_ROWS: &str = include_str!("../../shaders/brick/read_rows.wgsl");
+const READ_COLUMNS: &str = include_str!("../../shaders/brick/read_columns.wgsl");
 const EMIT_ROWS: &str = include_str!("../../shaders/emit/rows.wgsl");
 const EMIT_CELLS: &str = include_str!("../../shaders/emit/cells.wgsl");
 const PLACE_LINEAR: &str = include_str!("../../shaders/place/linear.wgsl");
@@ -79,6 +80,7 @@ const CLASSIFY_TETRAHEDRA: &str = include_str!("../../shaders/classify/tetrahedr
 const TETRA_RECORD: &str = include_str!("../../shaders/shared/tetra_record.wgsl");
 const MAP: &str = include_str!("../../shaders/shared/map.wgsl");
 const SCAN: &str = include_str!("../../shaders/scan.wgsl");
+const SCAN_BRICKS: &str = include_str!("../../shaders/scan/bricks.wgsl");
 const SCAN_COUNTS: &str = include_str!("../../shaders/scan/counts.wgsl");
 const SCAN_MAP: &str = include_str!("../../shaders/scan/map.wgsl");
 const NORMALS: &str = include_str!("../../shaders/normals.wgsl");
@@ -171,13 +173,13 @@ pub fn cull(samples: Samples<'_>) -> String {
         Samples::Volume(scalar) => volume(scalar),
         Samples::Field(_) => BRICKS.into(),
     };
-    link(&[PARAMS, WORK, INSIDE, GRID, &source, STRADDLES, WRITE_MAP, MAP, CULL])
+    link(&[PARAMS, WORK, DISPATCH, INSIDE, GRID, &source, STRADDLES, WRITE_MAP, MAP, CULL])
 }
 
 /// The bits of a field's bricks, if it has intervals.
 pub fn bounds(wgsl: &Wgsl) -> Option<String> {
     let own = field_part(wgsl, wgsl.interval.as_deref()?);
-    Some(link(&[PARAMS, WORK, INSIDE, STRADDLES, INTERVAL, &own, BOUNDS]))
+    Some(link(&[PARAMS, WORK, DISPATCH, INSIDE, STRADDLES, INTERVAL, &own, BOUNDS]))
 }
 
 /// The sample stage of a field.
@@ -205,9 +207,9 @@ fn params(form: Form) -> &'static str {
     if form == Form::Serial { COPIED_PARAMS } else { PARAMS }
 }
 
-/// Sums over workgroups of so many invocations.
-fn group(form: Form, invocations: u32) -> String {
-    let size = format!("const GROUP = {invocations}u;\n");
+/// Sums of so many counters over workgroups of so many invocations.
+fn group(form: Form, invocations: u32, counters: u32) -> String {
+    let size = format!("const GROUP = {invocations}u;\nalias Sum = vec{counters}<u32>;\n");
     match form {
         Form::Serial => size + GROUP_SERIAL,
         Form::Shared => size + GROUP_SHARED,
@@ -216,12 +218,11 @@ fn group(form: Form, invocations: u32) -> String {
     }
 }
 
-/// How a brick's inside bits are found in samples that are there.
+/// How the inside bits of a brick of cubes are found in samples that are there.
 fn rows(form: Form) -> String {
     match form {
         Form::Serial => ROW_FLAGS.into(),
-        Form::Shared => link(&[SHARED_ROWS, ROW_FLAGS, READ_ROWS]),
-        Form::Subgroup => link(&[SHARED_ROWS, READ_SAMPLES]),
+        Form::Shared | Form::Subgroup => link(&[SHARED_ROWS, READ_COLUMNS]),
     }
 }
 
@@ -256,25 +257,28 @@ pub fn classify(samples: Samples<'_>, method: Method, form: Form) -> String {
     classify_of(&source, &rows(form), method, form)
 }
 
-/// Bytes of workgroup memory that a brick's columns and levels may take: with more, fewer bricks are on their way at once.
-const MOST_SHARED: u32 = 6144;
+/// Bytes that a column and a level of a brick may take: one lies in the registers of an invocation, nine of the others in workgroup memory.
+const MOST_BYTES: [u32; 2] = [128, 256];
 
 /// The parts of a field by which classify takes its samples in grids along the world's axes.
 pub fn shared_planes(wgsl: &Wgsl) -> Option<&Planes> {
-    wgsl.planes.as_ref().filter(|planes| 81 * planes.bytes[0] + 9 * planes.bytes[1] <= MOST_SHARED)
+    wgsl.planes.as_ref().filter(|planes| (0..2).all(|part| planes.bytes[part] <= MOST_BYTES[part]))
 }
 
 /// The classify stage that takes a field's samples itself, by [`shared_planes`] where they are to be used.
 pub fn classify_sampling(wgsl: &Wgsl, form: Form, by_planes: bool) -> String {
     let source = match shared_planes(wgsl).filter(|_| by_planes) {
-        Some(planes) => link(&[&field_part(wgsl, &planes.text), EVALUATE_PLANES]),
-        None => link(&[&field_part(wgsl, &wgsl.value), EVALUATE]),
+        Some(planes) => link(&[&field_part(wgsl, &planes.text), EVALUATE, EVALUATE_PLANES]),
+        None => link(&[&field_part(wgsl, &wgsl.value), EVALUATE, EVALUATE_POINTS]),
     };
     classify_of(&source, SHARED_ROWS, Method::MarchingCubes, form)
 }
 
 fn classify_of(source: &str, rows: &str, method: Method, form: Form) -> String {
-    let shared = link(&[&group(form, 64), params(form), WORK, INSIDE, GRID, source, ROW, &cases(method)]);
+    // One a row; one a column of cubes' bricks, in whole subgroups.
+    let invocations = if form == Form::Serial || method == Method::Tetrahedra { 64 } else { 96 };
+    let shared =
+        link(&[&group(form, invocations, 2), params(form), WORK, INSIDE, GRID, source, ROW, &cases(method)]);
     match method {
         Method::MarchingCubes | Method::Mc33 => {
             let stage = if form == Form::Serial { CLASSIFY_SERIAL } else { CLASSIFY };
@@ -287,10 +291,11 @@ fn classify_of(source: &str, rows: &str, method: Method, form: Form) -> String {
 /// The scan stage.
 pub fn scan(scanned: Scanned, form: Form) -> String {
     let (invocations, run) = group_and_run(form);
-    let group = group(form, invocations) + &format!("const RUN = {run}u;\n");
+    let group = group(form, invocations, 3) + &format!("const RUN = {run}u;\n");
     match scanned {
         Scanned::Map => link(&[&group, PARAMS, WORK, MAP, SCAN_MAP, SCAN]),
-        Scanned::Counts | Scanned::AllCounts => link(&[&group, PARAMS, WORK, SCAN_COUNTS, SCAN]),
+        Scanned::Bricks => link(&[&group, PARAMS, WORK, SCAN_BRICKS, SCAN]),
+        Scanned::Counts => link(&[&group, PARAMS, WORK, SCAN_COUNTS, SCAN]),
     }
 }
 
@@ -333,7 +338,7 @@ pub fn emit(
     };
     let row_lanes = if form == Form::Serial && !is_snapped { VECTOR } else { 64 };
     let lanes = format!("const LANES = {lanes}u;\nconst ROW_LANES = {row_lanes}u;\n");
-    let shared = link(&[params(form), WORK, INSIDE, GRID, HEADER, READ_MAP, MAP, ROW, UNIT]);
+    let shared = link(&[params(form), WORK, DISPATCH, INSIDE, GRID, HEADER, READ_MAP, MAP, ROW, UNIT]);
     let shared = link(&[&shared, &source, &lanes, &cases(method), EMIT, &place]);
     let triangles = if form == Form::Serial { EMIT_CELLS } else { EMIT_ROWS };
     let cubes = || link(&[&shared, RECORD, EMIT_CUBES, triangles]);
@@ -347,7 +352,7 @@ pub fn emit(
 /// The tracker's continuation, for samples of a volume of that type, or for those that were taken of a field.
 pub fn track(of_volume: Option<Scalar>) -> String {
     let source = of_volume.map_or(BRICKS.into(), volume);
-    link(&[PARAMS, WORK, INSIDE, GRID, &source, TRACK])
+    link(&[PARAMS, WORK, DISPATCH, INSIDE, GRID, &source, TRACK])
 }
 
 /// The components of a mesh.
@@ -389,5 +394,5 @@ pub fn refine_cut() -> String {
 
 /// The normals stage.
 pub fn normals() -> String {
-    link(&[PARAMS, WORK, INSIDE, HEADER, UNIT, NORMALS])
+    link(&[PARAMS, WORK, DISPATCH, INSIDE, HEADER, UNIT, NORMALS])
 }

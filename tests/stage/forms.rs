@@ -30,7 +30,7 @@ fn forms(default: &Extractor) -> Vec<(Form, Extractor)> {
     Form::ALL.into_iter().filter_map(some).collect()
 }
 
-/// Goes red when `rows_at` of `shaders/brick/shared_rows.wgsl` takes row + 8 for row + 9, when `group_before` of
+/// Goes red when `rows_at` of `shaders/brick/shared_rows.wgsl` takes row + 8 for row + 9, when `turn_columns` there shifts by z + 1, when `group_before` of
 /// `shaders/group/shared.wgsl` leaves out its last step, and when that of `subgroup.wgsl` does not add the subgroups
 /// before; `reduce` of `shaders/scan.wgsl` without the last value shows in the cube alone.
 /// `shaders/classify/serial.wgsl` with `row_here` in place of `next_here` gives another mesh, too.
@@ -82,8 +82,8 @@ fn give_the_same_bytes() {
 /// Fields whose values have parts that take x and y, or z, alone, where classify takes the samples itself: along the world's axes
 /// by these parts, where they are not too large, and elsewhere point by point.
 ///
-/// Goes red when `load_rows` (shaders/source/evaluate_planes.wgsl) makes eight levels, takes a column for each row of x, or reads levels
-/// before they are there on all invocations.
+/// Goes red when `load_levels` (shaders/source/evaluate/planes.wgsl) makes eight levels, when `load_columns` (shaders/source/evaluate.wgsl) takes
+/// a column for each row of x, and when `keep_samples` there leaves out the last.
 #[test]
 fn fields_in_parts() {
     let Some(default) = common::extractor() else { return };
@@ -100,7 +100,7 @@ fn fields_in_parts() {
         ("no z", x().square() + y().square() - 1.0),
         ("x alone", (x() * 4.0).cos()),
         ("few waves", waves(5)),
-        ("more waves than workgroups hold", waves(24)),
+        ("more waves than a column may have", waves(36)),
     ];
     let most = [Vec3::splat(-1.9), Vec3::splat(2.1)];
     let along = Grid::from_bounds([37, 22, 19], most[0], most[1]).unwrap();

@@ -8,6 +8,7 @@ use crate::gpu::kernel::{Bindings, Kernel, binding as b, made};
 use crate::gpu::{Gpu, GpuError, GpuMesh};
 use crate::refine::{RefineError, Settings};
 use crate::stage::params::{Params, Work};
+use crate::stage::scan::Scan;
 use std::sync::Arc;
 use wgpu::BufferUsages as U;
 
@@ -99,7 +100,7 @@ impl Run<'_> {
     }
 
     pub(super) fn partials(&self, items: u32) -> Result<wgpu::Buffer, RefineError> {
-        self.buffer("partial sums", 8 * u64::from(items.div_ceil(64)))
+        self.buffer("partial sums", Scan::partial_bytes(items.into()))
     }
 
     pub(super) fn buffer(&self, what: &'static str, bytes: u64) -> Result<wgpu::Buffer, RefineError> {
@@ -165,7 +166,7 @@ impl Run<'_> {
             .set(b::COUNTS, pairs)
             .set(b::PARTIALS, partials);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        self.extractor.scan_all.encode(self.gpu(), &mut pass, &bindings, items);
+        self.extractor.scan_counts.encode(self.gpu(), &mut pass, &bindings, items);
     }
 
     pub(super) fn begin_count(&self) -> Result<(), GpuError> {

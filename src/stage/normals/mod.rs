@@ -24,9 +24,6 @@ pub struct Normals {
 }
 
 impl Normals {
-    /// Bytes of the dispatch arguments that lie behind those of the batches.
-    pub const ARGUMENT_BYTES: u64 = 24;
-
     /// Compiles the kernels.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! scan: exclusive prefix sums of pairs of counters. Shader: `shaders/scan.wgsl`.
+//! scan: exclusive prefix sums of counters. Shader: `shaders/scan.wgsl`.
 //!
 //! Theory: reduce-then-scan (Merrill & Grimshaw 2009 give the alternatives). Practice: three
 //! dispatches, deterministic, with no workgroup waiting for another, at one counter a brick.
@@ -22,10 +22,10 @@ pub(super) fn group_and_run(form: Form) -> (u32, u32) {
 pub enum Scanned {
     /// The bits of the brick map, which make the list of active bricks.
     Map,
-    /// The counts of the active bricks.
+    /// The counts of the active bricks; those that make anything are listed for emit.
+    Bricks,
+    /// As many pairs of counts as the slab has bricks.
     Counts,
-    /// As many counts as the slab has bricks.
-    AllCounts,
 }
 
 /// The kernels of the stage.
@@ -46,15 +46,18 @@ impl Scan {
     pub fn new(gpu: &Gpu, scanned: Scanned) -> Result<Self, GpuError> {
         let source = shaders::scan(scanned, gpu.scan_form());
         let (group, run) = group_and_run(gpu.scan_form());
-        let over_bricks = [("over_bricks", f64::from(u8::from(scanned == Scanned::AllCounts)))];
-        let constants: &[_] = if scanned == Scanned::Map { &[] } else { &over_bricks };
-        let kernel = |entry| Kernel::new(gpu, &source, entry, constants);
+        let kernel = |entry| Kernel::new(gpu, &source, entry, &[]);
         Ok(Self {
             reduce: kernel("reduce")?,
             scan_partials: kernel("scan_partials")?,
             apply: kernel("apply")?,
             of_group: group * run,
         })
+    }
+
+    /// Bytes of the partial sums of so many items: three words and one unused for each workgroup of the form that has the smallest ones.
+    pub fn partial_bytes(items: u64) -> u64 {
+        16 * items.div_ceil(256).max(1)
     }
 
     /// Scans at most `items` items and one more for the total: words of the map, or counts.

@@ -4,6 +4,7 @@ use crate::extract::{ExtractError, Extraction, Extractor, Options, Workspace};
 use crate::gpu::kernel::{Bindings, Kernel, binding as b, made};
 use crate::gpu::{Gpu, GpuError, GpuMesh, MeshHeader};
 use crate::stage::params::Params;
+use crate::stage::scan::Scan;
 use crate::stage::shaders;
 use crate::track::{Edge, TrackError, TrackReport};
 use bytemuck::{Pod, Zeroable};
@@ -73,7 +74,7 @@ impl Extractor {
         let kernels = made(&self.track.components, || Components::new(gpu))?;
         let storage = U::STORAGE | U::COPY_SRC | U::COPY_DST;
         let n = u64::from(items);
-        let [labels, marks, partials] = [4 * u64::from(vertices), 8 * (n + 1), 8 * n.div_ceil(64)];
+        let [labels, marks, partials] = [4 * u64::from(vertices), 8 * (n + 1), Scan::partial_bytes(n)];
         let limit = gpu.device.limits().max_storage_buffer_binding_size;
         let needed = marks.max(24 * u64::from(vertices)).max(12 * u64::from(triangles));
         if needed > limit {
@@ -153,7 +154,7 @@ impl Extractor {
             run(encoder, &bindings, &[(&kernels.keep, starts.len() as u32)]);
             run(encoder, &over_mesh, &[(&kernels.mark, items)]);
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            self.scan_all.encode(gpu, &mut pass, &over_marks, items);
+            self.scan_counts.encode(gpu, &mut pass, &over_marks, items);
             drop(pass);
             let place = std::mem::offset_of!(Labelled, vertices) as u64;
             encoder.copy_buffer_to_buffer(&marks, 8 * n, &labelled, place, 8);
