@@ -83,7 +83,7 @@ fn give_the_same_bytes() {
 /// by these parts, where they are not too large, and elsewhere point by point.
 ///
 /// Goes red when `load_levels` (shaders/source/evaluate/planes.wgsl) makes eight levels, when `load_columns` (shaders/source/evaluate.wgsl) takes
-/// a column for each row of x, and when `keep_samples` there leaves out the last.
+/// a column for each row of x or forgets the upper half of the flags, and when `keep_samples` there leaves out the first.
 #[test]
 fn fields_in_parts() {
     let Some(default) = common::extractor() else { return };
@@ -99,6 +99,7 @@ fn fields_in_parts() {
         ("both and coordinates", (x() * 3.0).sin() * y() + z() * (z() * 2.0).cos() + x() * y() * z()),
         ("no z", x().square() + y().square() - 1.0),
         ("x alone", (x() * 4.0).cos()),
+        ("no number where x is below 0", x().sqrt() - z().cos() * 0.4 + y() * 0.1),
         ("few waves", waves(5)),
         ("more waves than a column may have", waves(36)),
     ];
@@ -112,10 +113,13 @@ fn fields_in_parts() {
         for grid in [along, mirrored, turned] {
             let source = Source::Field(&field, grid);
             let options = Options { cull: false, ..Options::new(0.1) };
-            let expected = extract_on_cpu(&source, &options, &|_| {}).unwrap().0;
+            let (expected, report) = extract_on_cpu(&source, &options, &|_| {}).unwrap();
             assert!(!expected.triangles.is_empty(), "{what}");
+            assert_eq!(report.non_finite > 0, what.starts_with("no number"), "{what}");
             for (form, extractor) in &forms {
-                let mesh = extractor.extract(&source, &options).unwrap().mesh.read(extractor.gpu()).unwrap();
+                let found = extractor.extract(&source, &options).unwrap();
+                assert_eq!(found.report.non_finite, report.non_finite, "{what}, {form:?}, {grid:?}");
+                let mesh = found.mesh.read(extractor.gpu()).unwrap();
                 assert_eq!(mesh.triangles, expected.triangles, "{what}, {form:?}, {grid:?}");
                 assert!(!extractor.gpu().is_software() || mesh == expected, "{what}, {form:?}, {grid:?}");
             }
