@@ -118,7 +118,7 @@ impl<'a> Job<'a> {
         let classified = active.par_chunks(TASK).map(|bricks| {
             let kept = self.classify(bricks, |_, _| {})?;
             let all = found.fetch_add(kept.bricks.len(), Ordering::Relaxed) + kept.bricks.len();
-            self.budget(RECORDS, all as u64 * KEPT_BYTES)?;
+            self.budget(RECORDS, 2 * all as u64 * KEPT_BYTES)?;
             done.add(bricks.len());
             Ok(kept)
         });
@@ -216,7 +216,7 @@ impl<'a> Job<'a> {
         clock: &mut Clock,
     ) -> Result<u64, ExtractError> {
         let [vertices, triangles] = kept.totals()?;
-        let peak_bytes = kept.bytes() + mesh_bytes(vertices, triangles);
+        let peak_bytes = (kept.bytes() + mesh_bytes(vertices, triangles)).max(kept.gathered_bytes);
         self.budget(MESH, peak_bytes)?;
         kept.scan();
         clock.lap(at::SCAN);

@@ -41,6 +41,8 @@ pub(crate) struct Kept {
     pub(crate) first_inside: Vec<bool>,
     /// NaN and infinite samples of a field, of bricks without surface too.
     pub(crate) non_finite: u64,
+    /// What the bricks and those of the tasks that found them took for a moment, as they were gathered.
+    pub(crate) gathered_bytes: u64,
 }
 
 impl Kept {
@@ -55,6 +57,7 @@ impl Kept {
         self.counts.clear();
         self.first_inside.clear();
         self.non_finite = 0;
+        self.gathered_bytes = 0;
     }
 
     /// Adds a brick, if it has triangles or vertices.
@@ -149,6 +152,7 @@ impl Kept {
         for mut task in tasks {
             self.append(&mut task);
         }
+        self.gathered_bytes = 2 * self.bytes();
     }
 
     pub(crate) fn append(&mut self, other: &mut Self) {

@@ -190,7 +190,7 @@ fn follow(
             all.push(kept);
             frontier.extend(next.into_iter().filter(|&brick| reached.insert(brick)));
         }
-        job.budget(RECORDS, kept_bricks as u64 * KEPT_BYTES + reached.len() as u64 * REACHED_BYTES)?;
+        job.budget(RECORDS, 2 * kept_bricks as u64 * KEPT_BYTES + reached.len() as u64 * REACHED_BYTES)?;
         // In order, rows of bricks can be sampled together.
         frontier.sort_unstable();
     }
@@ -213,6 +213,7 @@ fn sorted(all: Vec<Kept>, count: usize) -> Kept {
         kept.counts.push(from.counts[j]);
         kept.first_inside.push(from.first_inside[j]);
     }
+    kept.gathered_bytes = 2 * kept.bytes();
     kept
 }
 

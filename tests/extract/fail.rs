@@ -4,8 +4,11 @@ use super::{bytes, on_cpu, read};
 use crate::common;
 use glam::{Mat3, Vec3};
 use isoforge::extract::{ExtractError, Extractor, Options, Source, extract_on_cpu};
+use isoforge::field::Sense;
 use isoforge::gpu::{GpuError, GpuMesh};
+use isoforge::graph::{Expr, GraphField, x, y, z};
 use isoforge::grid::{Grid, GridError, MAX_CELLS};
+use isoforge::stage::classify::BrickRecord;
 
 fn grid(cells: [u32; 3]) -> Grid {
     Grid::new(cells, Vec3::ZERO, Mat3::IDENTITY).unwrap()
@@ -123,13 +126,48 @@ fn too_small_a_budget() {
             }
         }
         // Enough for everything but the mesh.
-        let report = extract_on_cpu(&source, &Options::new(1.0), &|_| {}).unwrap().1;
+        let mut report = extract_on_cpu(&source, &Options::new(1.0), &|_| {}).unwrap().1;
+        if let Source::Volume(_) = source {
+            // Of so few triangles that its records are made in place, where they do not fit twice.
+            let options = Options { memory_budget: report.peak_bytes - 1, ..Options::new(1.0) };
+            report = extract_on_cpu(&source, &options, &|_| {}).unwrap().1;
+            assert!(report.peak_bytes < options.memory_budget);
+        }
         let options = Options { memory_budget: report.peak_bytes - 1, ..Options::new(1.0) };
         let found = extract_on_cpu(&source, &options, &|_| {});
         assert!(matches!(found, Err(ExtractError::Budget { needed, .. }) if needed == report.peak_bytes));
         let options = Options { memory_budget: report.peak_bytes, ..Options::new(1.0) };
         assert!(extract_on_cpu(&source, &options, &|_| {}).is_ok());
     }
+}
+
+/// Of bricks with few triangles the records take the most while they are gathered: twice. Goes red when `peak_bytes` leaves that out, and when
+/// the budget does.
+#[test]
+fn records_count_twice_while_they_are_gathered() {
+    let wave = |axis: Expr| ((axis - 4.0) * std::f64::consts::FRAC_PI_4).cos();
+    let field = GraphField::new(&(wave(x()) + wave(y()) + wave(z())), Sense::Above);
+    let grid = Grid::from_bounds([64; 3], Vec3::ZERO, Vec3::splat(64.0)).unwrap();
+    let wave = |at: f32| ((at - 4.0) * std::f32::consts::FRAC_PI_4).cos();
+    let volume = common::sampled(grid, |p| p.to_array().map(wave).iter().sum());
+    let run = |source: &Source<'_>, memory_budget| {
+        extract_on_cpu(source, &Options { memory_budget, ..Options::new(2.9) }, &|_| {})
+    };
+    let source = Source::Field(&field, grid);
+    let (mesh, report) = run(&source, u64::MAX).unwrap();
+    // A point of each of 8³ bricks.
+    assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (6 * 512, 8 * 512));
+    let record = size_of::<BrickRecord>() as u64;
+    assert!(report.peak_bytes > 2 * 512 * record, "{}", report.peak_bytes);
+    assert!(run(&source, report.peak_bytes).is_ok());
+    assert!(matches!(run(&source, report.peak_bytes - 1), Err(ExtractError::Budget { .. })));
+    // A volume's are made in place where they do not fit twice.
+    let source = Source::Volume(&volume);
+    let (mesh, report) = run(&source, u64::MAX).unwrap();
+    let (in_place, less) = run(&source, report.peak_bytes - 1).unwrap();
+    assert!(mesh == in_place && less.peak_bytes < report.peak_bytes, "{less:?}");
+    let held = volume.values().bytes().len() as u64;
+    assert!(report.peak_bytes > held + 2 * 512 * record, "{report:?}");
 }
 
 #[test]

@@ -36,9 +36,11 @@ fn the_same_meshes() {
                     let found = extractor.mesh();
                     assert!(super::bytes(found) == super::bytes(&mesh), "source {i} at {iso}, round {round}");
                     let numbers = |r: &isoforge::extract::Report| {
-                        [r.vertices, r.triangles, r.active_bricks, r.non_finite, r.peak_bytes]
+                        [r.vertices, r.triangles, r.active_bricks, r.non_finite]
                     };
                     assert_eq!(numbers(&reused), numbers(&report), "source {i} at {iso}");
+                    // The first extraction of a volume has its records twice for a moment.
+                    assert!(reused.peak_bytes <= report.peak_bytes, "source {i} at {iso}");
                 }
             }
         }
