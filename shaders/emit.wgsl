@@ -96,8 +96,8 @@ fn write_vertex(place: u32, vertex: Vertex) {
     vertices[out + 5u] = vertex.normal.z;
 }
 
-// The totals of the slab's own bricks, the arguments of the dispatches over those of each batch that make anything, and the mesh header (`MeshHeader` in src/gpu/mesh.rs): draw
-// arguments that draw nothing when a buffer is too short, and the sizes needed.
+// The totals of the slab's own bricks, the arguments of the dispatches over those of each batch that make anything, and the mesh header
+// (`MeshHeader` in src/gpu/mesh.rs): draw arguments that draw nothing when a buffer is too short, and the sizes needed.
 @compute @workgroup_size(1)
 fn totals() {
     take_settings();

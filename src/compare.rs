@@ -178,8 +178,14 @@ pub fn compare(
     extractor.poison(&space);
     let extraction = extractor.extract_in(&space, source, options, &|_| {})?;
     let mesh = extraction.mesh.read(extractor.gpu())?;
-    // Classify may have taken them itself, and left those of bricks with surface alone.
-    extractor.sample_all(&space, options)?;
+    // Classify that took them itself left those of bricks that make anything alone.
+    let kept = match extractor.takes_samples(&space, options)? {
+        true => Some(extractor.gpu().read(space.buffers().source, active * SAMPLES_PER_BRICK as u64)?),
+        false => None,
+    };
+    if kept.is_some() {
+        extractor.sample_all(&space, options)?;
+    }
     let gpu = Snapshot::read(extractor, &space)?;
     let sense = options.sense.unwrap_or(source.sense());
     let params = Params::new(source.grid(), options.iso, sense)
@@ -190,6 +196,9 @@ pub fn compare(
     let mut found = Comparison { rows: Vec::new(), notes: Vec::new() };
     compare_cull(&mut found, source, options, &params, &gpu, extractor.gpu().is_software());
     let sampled = compare_sample(&mut found, source, &params, &gpu)?;
+    if let Some(kept) = kept {
+        compare_kept(&mut found, &gpu, &kept);
+    }
     let counts = compare_classify(&mut found, source, &params, inside, &gpu);
     found.rows.push(Row::exact("scan", "offsets", &gpu.offsets, &counts));
     compare_emit(&mut found, source, options, &params, inside, &gpu, &mesh)?;
@@ -315,6 +324,17 @@ fn compare_sample(
     let pairs = gpu.samples.iter().copied().zip(twin.iter().copied());
     found.rows.push(Row::close("sample", "values", pairs, allowed.max(f64::MIN_POSITIVE)));
     Ok(true)
+}
+
+/// The samples that classify kept for emit, of the bricks that make anything, against those of the sample stage: one kernel's and the
+/// other's bits are equal.
+fn compare_kept(found: &mut Comparison, gpu: &Snapshot, kept: &[f32]) {
+    let of_emit = |samples: &[f32]| -> Vec<u32> {
+        let bricks = samples.chunks_exact(SAMPLES_PER_BRICK).zip(gpu.offsets.windows(2));
+        let bricks = bricks.filter(|(_, offsets)| offsets[0] != offsets[1]);
+        bricks.flat_map(|(brick, _)| brick.iter().map(|v| v.to_bits())).collect()
+    };
+    found.rows.push(Row::exact("classify", "samples kept for emit", &of_emit(kept), &of_emit(&gpu.samples)));
 }
 
 /// The twin's counts, scanned.

@@ -2,8 +2,9 @@
 // left: of a quotient n - q d, of a root x - s², in whole numbers; these are small, so that their lowest 32 bits are enough. Where a number is zero,
 // denormal, infinite or NaN, it stays as the driver has it.
 
-// Units in the last place that a driver may be off: 2.5 of quotients; 7 of roots, which are 1 by an inverse root that is off by 2 itself.
-const ISO_MOST_OFF = 8u;
+// Floats that a driver may be off: by 2.5 units in the last place of quotients; of roots, which are 1 by an inverse root that is off by 2
+// itself, 7. Below a power of two a unit is two floats.
+const ISO_MOST_OFF = 16u;
 
 fn iso_exponent_of(bits: u32) -> u32 {
     return (bits >> 23u) & 0xffu;

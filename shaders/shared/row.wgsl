@@ -2,15 +2,6 @@
 // and the cells' cases. Shared by classify and emit; the twin in
 // src/stage/classify/cpu.rs does a plane of the brick at a time.
 
-// What the bits of a sample say, to be shifted by its place: inside; and in the upper half NaN or infinite, if that is asked.
-fn sample_flags(bits: u32) -> u32 {
-    return u32(is_inside(bits)) | (u32(COUNTS_NON_FINITE && !is_finite(bits)) << 16u);
-}
-
-fn three_flags(bits: vec3<u32>) -> u32 {
-    return sample_flags(bits.x) | (sample_flags(bits.y) << 1u) | (sample_flags(bits.z) << 2u);
-}
-
 struct RowShape {
     // Bit x: the row's point x is a point of the grid.
     owned: u32,

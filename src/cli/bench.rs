@@ -133,7 +133,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     };
     let gpu = match (gpu, args.form) {
         (Some(gpu), Some(form)) => Some(gpu.with_form(form.into()).ok_or_else(|| {
-            Failure::run("this adapter has no subgroup operations of one size: take another --form")
+            Failure::run("this adapter has no subgroup operations of one size up to 32: take another --form")
         })?),
         (gpu, _) => gpu,
     };

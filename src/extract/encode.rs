@@ -196,6 +196,11 @@ impl Extractor {
         kernels.method.emit.encode_totals(gpu, &mut pass, &with_header);
     }
 
+    /// Whether classify takes the samples of such runs itself.
+    pub(crate) fn takes_samples(&self, space: &Workspace, options: &Options) -> Result<bool, GpuError> {
+        Ok(RunKernels::new(self, space, options)?.sampling.is_some())
+    }
+
     /// Takes the samples of all active bricks of a run that was one batch, where its source is a field.
     pub(crate) fn sample_all(&self, space: &Workspace, options: &Options) -> Result<(), GpuError> {
         let settings = self.settings(space, &space.params(options, space.plan.slab(0)));

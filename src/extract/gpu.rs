@@ -104,7 +104,7 @@ impl Extractor {
         if is_culled { Most::guess(source.grid()) } else { Most::all(source.grid()) }
     }
 
-    /// [`Extractor::prepare`] with room for `active_bricks` bricks that hold surface, 429 bytes each and 2916 more for the
+    /// [`Extractor::prepare`] with room for `active_bricks` bricks that hold surface, 433 bytes each and 2916 more for the
     /// samples of a field: what a header with [`crate::gpu::Overflow::Bricks`] or [`ExtractError::Slots`] says.
     ///
     /// # Errors

@@ -37,8 +37,8 @@ const LEAST_BATCH: u64 = 64;
 const MOST_SLOTS: u64 = (u32::MAX / 2560) as u64;
 /// Active bricks that there is always room for: all of a grid of 256³ cells.
 const LEAST_SLOTS: u32 = 33 * 33 * 33;
-/// Samples in memory at once. Those of a second batch are taken twice, to count and to emit; but few surfaces have that many.
-const BATCH_BYTES: u64 = 2 << 30;
+/// Samples in memory at once. Where they are more they are taken twice, to count and to emit; few surfaces have that many.
+const BATCH_BYTES: u64 = 1 << 30;
 /// Rows are not cut finer than this, so that no grid falls apart into a slab a brick.
 const LEAST_RUN: u32 = 64;
 /// A volume goes to the GPU in pieces of about this size, two of them on their way.

@@ -74,6 +74,8 @@ mod tests {
             let turned = if sense == Sense::Above { bits ^ 0x8000_0000 } else { bits };
             if turned >> 31 == 1 { 0xff7f_ffffu32.wrapping_sub(turned) } else { 0x7f7f_ffff + turned }
         };
+        let key = order_key(iso.to_bits()) ^ if sense == Sense::Above { u32::MAX } else { 0 };
+        assert_eq!(key - 0x80_0000 - (key >> 31), rank(iso.to_bits()), "{iso}");
         rank(bits) < rank(iso.to_bits())
     }
 

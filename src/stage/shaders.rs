@@ -49,6 +49,7 @@ const EVALUATE_PLANES: &str = include_str!("../../shaders/source/evaluate/planes
 const GROUP_SERIAL: &str = include_str!("../../shaders/group/serial.wgsl");
 const GROUP_SHARED: &str = include_str!("../../shaders/group/shared.wgsl");
 const GROUP_SUBGROUP: &str = include_str!("../../shaders/group/subgroup.wgsl");
+const FLAGS: &str = include_str!("../../shaders/brick/flags.wgsl");
 const ROW_FLAGS: &str = include_str!("../../shaders/brick/row_flags.wgsl");
 const SHARED_ROWS: &str = include_str!("../../shaders/brick/shared_rows.wgsl");
 const READ_COLUMNS: &str = include_str!("../../shaders/brick/read_columns.wgsl");
@@ -221,8 +222,8 @@ fn group(form: Form, invocations: u32, counters: u32) -> String {
 /// How the inside bits of a brick of cubes are found in samples that are there.
 fn rows(form: Form) -> String {
     match form {
-        Form::Serial => ROW_FLAGS.into(),
-        Form::Shared | Form::Subgroup => link(&[SHARED_ROWS, READ_COLUMNS]),
+        Form::Serial => link(&[FLAGS, ROW_FLAGS]),
+        Form::Shared | Form::Subgroup => link(&[FLAGS, SHARED_ROWS, READ_COLUMNS]),
     }
 }
 
@@ -271,7 +272,7 @@ pub fn classify_sampling(wgsl: &Wgsl, form: Form, by_planes: bool) -> String {
         Some(planes) => link(&[&field_part(wgsl, &planes.text), EVALUATE, EVALUATE_PLANES]),
         None => link(&[&field_part(wgsl, &wgsl.value), EVALUATE, EVALUATE_POINTS]),
     };
-    classify_of(&source, SHARED_ROWS, Method::MarchingCubes, form)
+    classify_of(&source, &link(&[FLAGS, SHARED_ROWS]), Method::MarchingCubes, form)
 }
 
 fn classify_of(source: &str, rows: &str, method: Method, form: Form) -> String {

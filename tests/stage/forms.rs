@@ -2,6 +2,7 @@
 
 use crate::common;
 use glam::{Mat3, Vec3};
+use isoforge::compare::compare;
 use isoforge::extract::{Extractor, Options, Source, extract_on_cpu};
 use isoforge::field::named::Named;
 use isoforge::field::{Field, Sense};
@@ -38,7 +39,10 @@ fn forms(default: &Extractor) -> Vec<(Form, Extractor)> {
 fn give_the_same_bytes() {
     let Some(default) = common::extractor() else { return };
     let forms = forms(default);
-    let subgroups = default.gpu().device.features().contains(wgpu::Features::SUBGROUP);
+    let info = &default.gpu().info;
+    let subgroups = default.gpu().device.features().contains(wgpu::Features::SUBGROUP)
+        && info.subgroup_min_size == info.subgroup_max_size
+        && info.subgroup_max_size <= 32;
     assert!(forms.len() >= 2 && (forms.len() == 3 || !subgroups), "{forms:?}");
     let check_within = |what: &str, source: &Source<'_>, iso: f32, memory_budget: u64| {
         let mut all = forms.iter().map(|(form, extractor)| {
@@ -77,6 +81,22 @@ fn give_the_same_bytes() {
     let needed = check("noise", &source, *iso).peak_bytes;
     let cut = check_within("noise in slabs", &source, *iso, needed * 19 / 20);
     assert!(cut.slabs > 1, "{}", cut.slabs);
+}
+
+/// What classify keeps of the samples that it takes itself. Goes red when `keep_samples` (shaders/source/evaluate.wgsl) writes a sample less.
+#[test]
+fn samples_are_kept_for_emit() {
+    let Some(default) = common::extractor() else { return };
+    for (form, extractor) in forms(default).into_iter().filter(|(form, _)| *form != Form::Serial) {
+        for (field, grid) in fields().into_iter().take(3) {
+            let options = Options::new(field.definition().iso);
+            let found = compare(&extractor, &Source::Field(&field, grid), &options).unwrap();
+            let kept = found.rows.iter().find(|row| row.what == "samples kept for emit");
+            let kept = kept.unwrap_or_else(|| panic!("{form:?}: not compared"));
+            assert!(kept.compared >= 729 && kept.differing == 0, "{form:?}: {kept:?}");
+            assert!(found.agrees(), "{form:?}: {found}");
+        }
+    }
 }
 
 /// Fields whose values have parts that take x and y, or z, alone, where classify takes the samples itself: along the world's axes

@@ -171,5 +171,7 @@ pub fn check(stage: &str, outputs: &[&str]) {
         let compared: usize = rows().filter(|row| row.what == *output).map(|row| row.compared).sum();
         assert!(compared > 100 || cases.is_empty(), "{stage}: {output}: {compared} values compared");
     }
-    assert!(rows().all(|row| outputs.contains(&row.what)), "{stage} has outputs that no test names");
+    // On real GPUs alone; tests/stage/forms.rs asks for it.
+    let named = |row: &Row| outputs.contains(&row.what) || row.what == "samples kept for emit";
+    assert!(rows().all(named), "{stage} has outputs that no test names");
 }

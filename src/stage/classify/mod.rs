@@ -53,7 +53,7 @@ impl Classify {
         Ok(Self(Kernel::new(gpu, &shaders::classify(samples, method, gpu.form()), "classify", &[])?))
     }
 
-    /// Compiles the kernel that takes the samples of a field itself, and leaves them where the sample stage would;
+    /// Compiles the kernel that takes the samples of a field itself, and leaves those of bricks that make anything where the sample stage would;
     /// `by_planes`, for grids along the world's axes, by the field's parts.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! CPU twin of `shaders/scan.wgsl`.
+//! CPU twin of `shaders/scan.wgsl`, for pairs. It has no list of the bricks that make anything: the CPU keeps no others.
 
 /// Exclusive prefix sums in place over all but the last item, which becomes the total.
 ///

@@ -1,7 +1,7 @@
 //! scan: exclusive prefix sums of counters. Shader: `shaders/scan.wgsl`.
 //!
 //! Theory: reduce-then-scan (Merrill & Grimshaw 2009 give the alternatives). Practice: three
-//! dispatches, deterministic, with no workgroup waiting for another, at one counter a brick.
+//! dispatches, deterministic, with no workgroup waiting for another, at three counters a brick.
 
 pub mod cpu;
 
@@ -57,7 +57,11 @@ impl Scan {
 
     /// Bytes of the partial sums of so many items: three words and one unused for each workgroup of the form that has the smallest ones.
     pub fn partial_bytes(items: u64) -> u64 {
-        16 * items.div_ceil(256).max(1)
+        let of_group = Form::ALL.map(|form| {
+            let (group, run) = group_and_run(form);
+            u64::from(group * run)
+        });
+        16 * items.div_ceil(of_group.into_iter().min().unwrap_or(1)).max(1)
     }
 
     /// Scans at most `items` items and one more for the total: words of the map, or counts.
