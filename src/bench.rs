@@ -82,7 +82,7 @@ pub struct BenchOptions<'a> {
     pub repeats: u32,
     /// Seconds after which a row gets no further run.
     pub seconds: f64,
-    /// Passed on to the extractions.
+    /// Bytes that an extraction may take, and the arrays that are made for it.
     pub memory_budget: u64,
 }
 
@@ -114,6 +114,14 @@ pub enum BenchError {
     /// A size that is no grid.
     #[error(transparent)]
     Grid(#[from] GridError),
+}
+
+impl BenchOptions<'_> {
+    /// Whether what is made for a measurement is within the memory budget.
+    fn has_room(&self, what: &'static str, needed: u64) -> Result<(), ExtractError> {
+        let budget = self.memory_budget;
+        if needed > budget { Err(ExtractError::Budget { what, needed, budget }) } else { Ok(()) }
+    }
 }
 
 /// Measures every row; `progress` hears what is about to be measured.
@@ -157,8 +165,15 @@ pub fn run(
         let sense = field.sense();
         bench.both(name, iso, sense, &Source::Field(field, *grid));
         if options.arrays {
-            let volume = sampled(field, *grid);
-            bench.both(name, iso, sense, &Source::Volume(&volume));
+            match options.has_room("the array", 4 * grid.point_count()) {
+                Ok(()) => {
+                    let volume = sampled(field, *grid);
+                    bench.both(name, iso, sense, &Source::Volume(&volume));
+                }
+                Err(error) => {
+                    bench.skipped.push(format!("{name} {0}×{0}×{0} Volume: {error}", grid.cells().x))
+                }
+            }
         }
     }
     if let Some(VolumeCase { name, volume, iso }) = options.volume {
@@ -264,6 +279,9 @@ fn on_cpu(
     settings: &Options,
 ) -> Result<Times, ExtractError> {
     let (mut times, start) = (Times::default(), Instant::now());
+    if let Source::Volume(volume) = source {
+        options.has_room("the volume and a copy of it", 2 * volume.bytes())?;
+    }
     while goes_on(options, &times, start) {
         if let Source::Volume(volume) = source {
             // A fresh volume has no table of ranges yet.
@@ -389,6 +407,19 @@ mod tests {
         assert_eq!(json["rows"][0]["backend"], "cpu");
         assert!(json["rows"][0]["stages"]["emit"].is_f64());
         assert!(report.to_string().contains("sphere"));
+        // 10³ values, and twice as many; what is too large is told and not made.
+        for (memory_budget, rows) in [(8 * 1000 + 100_000, 4), (4 * 1000 - 1, 0)] {
+            let tight = BenchOptions { memory_budget, ..options.clone() };
+            let report = run(&tight, None, &mut |_| {}).unwrap();
+            assert_eq!(report.rows.len(), rows, "{:?}", report.skipped);
+        }
+        let huge = BenchOptions { sizes: vec![1000], memory_budget: 1 << 20, ..options.clone() };
+        let report = run(&huge, None, &mut |_| {}).unwrap();
+        assert!(
+            report.rows.is_empty() && report.skipped.iter().any(|s| s.contains("the array needs")),
+            "{:?}",
+            report.skipped
+        );
         let unknown = BenchOptions { cases: vec!["spher".into()], ..options };
         assert!(matches!(run(&unknown, None, &mut |_| {}), Err(BenchError::Name(_))));
     }

@@ -39,9 +39,7 @@ impl<'a> RunKernels<'a> {
             vertices: kernels.vertices(gpu, options)?,
         })
     }
-}
 
-impl RunKernels<'_> {
     /// With the sample stage, which leaves the samples of all active bricks: classify that takes them itself leaves those with surface.
     pub(super) fn leaving_all_samples(self) -> Self {
         Self { sampling: None, ..self }

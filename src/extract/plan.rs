@@ -427,7 +427,7 @@ mod tests {
                         plan.bytes <= budget && plan.least_bytes == least,
                         "{cells:?}, {budget}: {plan:?}"
                     );
-                    let settings = u64::from(plan.batches) * BATCH_OWN_BYTES;
+                    let settings = u64::from(plan.batches) * (3 * 12 + 4 + 2 * size_of::<Params>() as u64);
                     let bricks = u64::from(plan.bricks);
                     let slabs = plan.slab_count() as u64 * SLAB_BYTES;
                     let scratch = bricks / 4 + u64::from(plan.slots) * SLOT_BYTES + slabs + 4096;
