@@ -123,7 +123,7 @@ impl<'a> Samples<'a> {
 /// Begins to load the cache line of what is pointed at, if anything is there.
 #[cfg_attr(target_arch = "x86_64", allow(unsafe_code))]
 #[inline(always)]
-fn load_line<T>(at: *const T) {
+pub(crate) fn load_line<T>(at: *const T) {
     #[cfg(target_arch = "x86_64")]
     // SAFETY: a hint, for any address: it reads and writes nothing that a program sees, and never faults (AMD64 Architecture
     // Programmer's Manual, volume 3, PREFETCHlevel). SSE, which has it, is part of x86-64.

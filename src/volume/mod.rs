@@ -88,6 +88,11 @@ impl Volume {
         &self.values
     }
 
+    /// The values: to change them and make a volume of them again ([`of`](Self::of)), in the same memory.
+    pub fn into_values(self) -> Values {
+        self.values
+    }
+
     /// Bytes that the values take in memory.
     pub fn bytes(&self) -> u64 {
         self.values.bytes().len() as u64
@@ -212,4 +217,26 @@ pub fn open(path: &Path, options: &OpenOptions) -> Result<Opened, OpenError> {
 fn opened(path: &Path, grid: Grid, values: Values, notes: Vec<String>) -> Result<Opened, OpenError> {
     let volume = Volume::of(grid, values).map_err(|e| OpenError::corrupt(path, e.to_string()))?;
     Ok(Opened { volume, notes })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn values_and_back_in_the_same_memory() {
+        let grid = Grid::from_bounds([1; 3], Vec3::ZERO, Vec3::ONE).unwrap();
+        let samples = vec![1.5f32; 8];
+        let place = samples.as_ptr();
+        let volume = Volume::new(grid, samples).unwrap();
+        let id = volume.id();
+        volume.ranges(|_| (vec![[1, 2]], 0));
+        let Values::F32(mut samples) = volume.into_values() else { panic!("of another type") };
+        assert_eq!(samples.as_ptr(), place);
+        samples[0] = 2.5;
+        let volume = Volume::new(grid, samples).unwrap();
+        assert!(volume.id() != id && volume.values().get(0) == 2.5);
+        assert_eq!(volume.ranges(|_| (vec![[3, 4]], 0)).0, [[3, 4]]);
+    }
 }

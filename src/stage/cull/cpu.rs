@@ -2,6 +2,7 @@
 
 use crate::stage::inside::order_key;
 use crate::stage::params::Params;
+use crate::stage::samples::load_line;
 use crate::volume::values::each_type;
 use crate::volume::{Sample, Values};
 use multiversion::multiversion;
@@ -129,9 +130,11 @@ impl<T: Sample> Folds<T> {
             for (row, first) in rows.clone().map(|row| 8 * row).enumerate() {
                 let samples = &values[nx * (first + ny * z)..nx * ((first + 9).min(ny) + ny * z)];
                 let own = nx * row..nx * (row + 1);
-                fetch(samples);
+                // Where those lie that come next: the next row of bricks, or the first one in the next plane.
+                let next = if row + 1 < rows.len() { 8 * nx } else { nx * (ny - 8 * row) };
                 fold_rows(
                     samples,
+                    next,
                     &mut self.low[own.clone()],
                     &mut self.high[own.clone()],
                     &mut self.magnitude[own],
@@ -166,23 +169,24 @@ fn higher<T: Sample>(v: T, so_far: T) -> T {
     if v > so_far { v } else { so_far }
 }
 
-/// Reads a sample of every 64 bytes, which brings the rows into the cache one after another: the fold takes nine at once, a
-/// pattern that memory is slower with.
-#[inline(always)]
-fn fetch<T: Sample>(rows: &[T]) {
-    let lines = rows.chunks(64 / size_of::<T>());
-    std::hint::black_box(lines.fold(0, |bits, line| bits ^ line[0].to_f32().to_bits()));
-}
+/// Bytes of a line of the cache.
+const LINE: usize = 64;
 
 /// Columns that are folded together.
 const COLUMNS: usize = 16;
 
-/// Folds rows, each as long as the folds, into the folds.
+/// Folds rows, each as long as the folds, into the folds, and meanwhile asks for what lies `next` samples behind: nine rows at once are a
+/// pattern that processors do not foresee.
 #[multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
-fn fold_rows<T: Sample>(rows: &[T], low: &mut [T], high: &mut [T], magnitude: &mut [u32]) {
+fn fold_rows<T: Sample>(rows: &[T], next: usize, low: &mut [T], high: &mut [T], magnitude: &mut [u32]) {
     let length = low.len();
     let mut first = 0;
     while first + COLUMNS <= length {
+        if first.is_multiple_of(LINE / size_of::<T>()) {
+            for row in rows.chunks_exact(length) {
+                load_line(row[first..].as_ptr().wrapping_add(next));
+            }
+        }
         fold_columns::<T, COLUMNS>(rows, first, low, high, magnitude);
         first += COLUMNS;
     }
