@@ -7,7 +7,7 @@ use crate::field::{Field, NoForm, Sense};
 use crate::mesh::{Mesh, Vertex};
 use crate::stage::classify::BrickRecord;
 use crate::stage::classify::cpu::classify;
-use crate::stage::cull::bounds::BlockFields;
+use crate::stage::cull::bounds::{BlockFields, FieldIn};
 use crate::stage::cull::cpu::{range_and, straddles};
 use crate::stage::emit::cpu::{Beside, Gradients, Nearby, NormalsOf, Work, count, emit, ends};
 use crate::stage::inside::Inside;
@@ -94,7 +94,7 @@ impl<'a> Job<'a> {
         let mut sampler = Sampler::default();
         let mut kept = Kept::default();
         for (i, &brick) in bricks.iter().enumerate() {
-            let samples = self.samples(&bricks[i..], &mut sampler)?;
+            let samples = self.samples(&bricks[i..], self.field_in(brick).as_ref(), &mut sampler)?;
             look(brick, &samples);
             let mut record = BrickRecord::zeroed();
             let count = self.classify_brick(&samples, &mut record);
@@ -187,7 +187,7 @@ impl<'a> Job<'a> {
                 for (i, record) in records.iter_mut().enumerate() {
                     let next = &bricks[i..];
                     self.load_ahead(next);
-                    let samples = self.samples(next, sampler)?;
+                    let samples = self.samples(next, None, sampler)?;
                     counts[i] = self.classify_brick(&samples, record);
                     first_inside[i] = self.inside.test(samples.at(0, 0, 0));
                 }
@@ -277,24 +277,24 @@ impl<'a> Job<'a> {
         let Scratch { sampler, work, nearby } = scratch;
         let (params, inside, brick) = (&self.params, self.inside, bricks[slot]);
         let beside = Beside::new(nearby, bricks, records, counts, first_inside[slot], slot);
-        let samples = match self.source {
-            Source::Volume(_) => self.samples(next, sampler)?,
-            Source::Field(whole, _) => {
-                let here = self.fields.field_in(params, brick, whole);
+        let field = self.field_in(brick);
+        let samples = match &field {
+            None => self.samples(next, None, sampler)?,
+            Some(here) => {
                 // How many points by themselves are less work than the brick.
-                let most = sampler.most_points(params, here, brick);
+                let most = sampler.most_points(params, here.get(), brick);
                 let ends = || ends(params.method, params.extent(brick), &records[slot], &beside);
                 let points = if most == 0 { None } else { ends() };
                 match points.filter(|points| count(points) <= most) {
-                    Some(points) => sampler.some(params, here, brick, &points)?,
-                    None => self.samples(next, sampler)?,
+                    Some(points) => sampler.some(params, here.get(), brick, &points)?,
+                    None => self.samples(next, Some(here), sampler)?,
                 }
             }
         };
         let here = (params.brick_origin(brick), &samples);
         let normals = match self.source {
             Source::Field(whole, _) => {
-                let here = self.fields.field_in(params, brick, whole);
+                let here = field.as_ref().map_or(whole, FieldIn::get);
                 NormalsOf::Field(Gradients { normals: self.normals, here, whole })
             }
             Source::Volume(volume) => NormalsOf::Volume(volume.values()),
@@ -302,17 +302,31 @@ impl<'a> Job<'a> {
         emit(params, inside, normals, here, &beside, work, mesh)
     }
 
-    /// The samples of the first of `bricks`: where they lie in a volume, or evaluated.
+    /// The field in a brick, if the source is one.
     #[inline(always)]
-    fn samples<'s>(&'s self, bricks: &[u32], sampler: &'s mut Sampler) -> Result<Samples<'s>, NoForm> {
+    fn field_in(&self, brick: u32) -> Option<FieldIn<'_>> {
+        match self.source {
+            Source::Volume(_) => None,
+            Source::Field(whole, _) => Some(self.fields.field_in(&self.params, brick, whole)),
+        }
+    }
+
+    /// The samples of the first of `bricks`, in which the field is `here`: where they lie in a volume, or evaluated.
+    #[inline(always)]
+    fn samples<'s>(
+        &'s self,
+        bricks: &[u32],
+        here: Option<&FieldIn<'_>>,
+        sampler: &'s mut Sampler,
+    ) -> Result<Samples<'s>, NoForm> {
         let (params, brick) = (&self.params, bricks[0]);
         match self.source {
             Source::Volume(volume) => {
                 Ok(Samples::of_source(volume.values(), params, params.brick_origin(brick)))
             }
             Source::Field(whole, _) => {
-                let field = self.fields.field_in(params, brick, whole);
-                sampler.brick(params, field, brick, || self.row_of(whole, bricks))
+                let here = here.map_or(whole, FieldIn::get);
+                sampler.brick(params, here, brick, || self.row_of(whole, bricks))
             }
         }
     }
@@ -328,8 +342,11 @@ impl<'a> Job<'a> {
 
     /// How many of `bricks`, from the first on, follow each other along x and have the same field.
     fn row_of(&self, whole: &dyn Field, bricks: &[u32]) -> u32 {
-        let field =
-            |brick: u32| std::ptr::from_ref(self.fields.field_in(&self.params, brick, whole)).cast::<()>();
+        let of_block = |brick: u32| self.fields.of_block(&self.params, brick, whole);
+        if self.fields.prunes_bricks(of_block(bricks[0])) {
+            return 1;
+        }
+        let field = |brick: u32| std::ptr::from_ref(of_block(brick)).cast::<()>();
         let extent = self.params.slab_extent[0];
         let (first, row) = (field(bricks[0]), bricks[0] / extent);
         let follows = |(brick, at): &(&u32, u32)| {

@@ -1,9 +1,10 @@
 //! Where a field's surface lies, found by its intervals or by samples.
 
-use super::{Field, Points, Sense};
+use super::{Field, Points, Sense, Within};
 use crate::graph::interval::Interval;
 use glam::Vec3;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Half the edges of the cubes in which surfaces are looked for: bounds of high powers leave the range of numbers
 /// in the larger, then the next is tried.
@@ -133,36 +134,53 @@ enum Found {
     Unknown,
 }
 
+/// A box that the surface may be in: its lowest corner, what the field takes there, and the field as it is pruned to it, if that makes it
+/// simpler.
+struct Part {
+    low: Vec3,
+    range: Interval,
+    field: Option<Arc<dyn Field>>,
+}
+
+impl Part {
+    fn new(field: &dyn Field, pruned: Option<&Arc<dyn Field>>, low: Vec3, size: f32) -> Self {
+        let region = [0, 1, 2].map(|k| Interval { lo: low[k], hi: low[k] + size });
+        let Within { range, field } = pruned.map_or(field, |pruned| &**pruned).within(region);
+        Self { low, range, field: field.or(pruned.cloned()) }
+    }
+
+    fn is_outer(&self, size: f32, farthest: f32) -> bool {
+        self.low.abs().max((self.low + size).abs()).max_element() >= farthest
+    }
+}
+
 fn within(field: &dyn Field, iso: f32, farthest: f32) -> Found {
-    let range =
-        |low: Vec3, size: f32| field.range([0, 1, 2].map(|k| Interval { lo: low[k], hi: low[k] + size }));
-    let crosses = |low: Vec3, size: f32| {
-        let range = range(low, size);
-        range.lo <= iso && range.hi >= iso
-    };
-    let is_outer = |low: Vec3, size: f32| low.abs().max((low + size).abs()).max_element() >= farthest;
     let mut size = 2.0 * farthest;
-    let mut boxes = vec![Vec3::splat(-farthest)];
-    let around = |boxes: &[Vec3], size: f32| {
-        let low = boxes.iter().copied().reduce(Vec3::min)?;
-        let high = boxes.iter().copied().reduce(Vec3::max)?;
+    let mut boxes = vec![Part::new(field, None, Vec3::splat(-farthest), size)];
+    let around = |boxes: &[Part], size: f32| {
+        let low = boxes.iter().map(|part| part.low).reduce(Vec3::min)?;
+        let high = boxes.iter().map(|part| part.low).reduce(Vec3::max)?;
         Some([low, high + size])
     };
     loop {
         size *= 0.5;
-        let parts = |low: &Vec3| {
-            let low = *low;
-            (0..8u32)
-                .map(move |i| low + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * size)
+        let parts = |whole: &Part| {
+            let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
+            let parts = (0..8)
+                .map(|i| Part::new(field, whole.field.as_ref(), whole.low + corner(i) * size, size))
+                .filter(|part| part.range.lo <= iso && part.range.hi >= iso);
+            parts.collect::<Vec<_>>()
         };
-        boxes = boxes.par_iter().flat_map_iter(parts).filter(|low| crosses(*low, size)).collect();
+        boxes = boxes.par_iter().flat_map_iter(parts).collect();
         let Some([low, high]) = around(&boxes, size) else { return Found::Nothing };
         let extent = (high - low).max_element();
         if boxes.len() > MANY || size <= extent * FINEST {
-            let mut outer = boxes.iter().filter(|low| is_outer(**low, size)).map(|low| range(*low, size));
+            let mut outer = boxes.iter().filter(|part| part.is_outer(size, farthest));
             return match outer.next() {
                 None => Found::Box([low, high]),
-                Some(first) if first.is_bounded() || outer.any(|range| range.is_bounded()) => Found::Nothing,
+                Some(first) if first.range.is_bounded() || outer.any(|part| part.range.is_bounded()) => {
+                    Found::Nothing
+                }
                 Some(_) => Found::Unknown,
             };
         }

@@ -5,8 +5,9 @@ use super::eval::{self, Dual, Lanes};
 use super::interval::Interval;
 use super::lattice::LatticeCode;
 use super::lower::Program;
+use super::ops::Binary;
 use super::same::is_same;
-use super::tape::{Code, Tape};
+use super::tape::{Code, Op, Tape};
 use super::wgsl;
 use crate::field::{Field, LatticeValues, NoForm, Planes, Points, Sense, Wgsl, Within};
 use std::cell::RefCell;
@@ -106,6 +107,12 @@ impl GraphField {
     /// How many operations each point takes.
     pub fn operations(&self) -> usize {
         self.tape.instructions.len()
+    }
+
+    /// Whether any operation may be left out of the field in a box where it is decided.
+    pub(crate) fn has_choices(&self) -> bool {
+        let is_choice = |op| matches!(op, Op::Select | Op::Binary(Binary::Min | Binary::Max));
+        self.tape.instructions.iter().any(|instruction| is_choice(instruction.op))
     }
 
     fn code(&self) -> &Code {

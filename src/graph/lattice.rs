@@ -6,6 +6,7 @@ use super::eval::{run, take};
 use super::tape::{Code, Op, Operand, Tape, few_live};
 use multiversion::multiversion;
 use std::cell::RefCell;
+use std::collections::HashMap;
 
 /// Points of a plane that are done together: the 9² of a brick, in whole vectors.
 const LANES: usize = 88;
@@ -71,11 +72,10 @@ impl LatticeCode {
 
         // The third part's operands that are numbers of planes become uniforms.
         let mut tape = tape.clone();
-        let mut by_plane = Vec::new();
+        let (mut by_plane, mut places) = (Vec::new(), HashMap::new());
         let mut to_uniform = |operand: &mut Operand| {
             if part_of(&parts, *operand) == Some(Part::Planes) {
-                let known = by_plane.iter().position(|of| of == operand);
-                let place = known.unwrap_or_else(|| {
+                let place = *places.entry(*operand).or_insert_with(|| {
                     by_plane.push(*operand);
                     by_plane.len() - 1
                 });

@@ -18,6 +18,7 @@ pub mod leaf;
 pub mod lower;
 mod noise;
 pub mod ops;
+mod prune;
 mod same;
 pub mod shapes;
 pub mod tape;

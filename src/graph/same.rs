@@ -3,7 +3,8 @@
 
 use super::interval::Interval;
 use super::ops::{Binary, VisitBinary, VisitUnary};
-use super::tape::{Instruction, Op, Operand, Tape, decided};
+use super::prune::{ALL, decided};
+use super::tape::{Instruction, Op, Operand, Tape};
 use std::sync::Arc;
 
 /// A tape with the values of its uniforms.
@@ -89,7 +90,7 @@ impl Resolved {
         };
         valued.0.interval(valued.1, region, &mut resolved.ranges);
         for (i, instruction) in valued.0.instructions.iter().enumerate() {
-            let atom = match decided(instruction, |operand| resolved.range(valued, region, operand)) {
+            let atom = match decided(instruction, ALL, |operand| resolved.range(valued, region, operand)) {
                 Some(operand) => resolved.atom(valued, operand),
                 None => {
                     let folded = folded(instruction, |operand| resolved.atom(valued, operand));

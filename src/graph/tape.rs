@@ -94,52 +94,6 @@ impl Tape {
         get(all, self.root)
     }
 
-    /// A shorter tape that has the same values throughout a box of points, whose intervals are `all`: of each
-    /// minimum, maximum and choice that is decided there, only what it takes is kept. `None` if there is none.
-    #[must_use]
-    pub fn pruned(&self, uniforms: &[f32], region: [Interval; 3], all: &[Interval]) -> Option<Tape> {
-        let get = |operand| match operand {
-            Operand::Axis(axis) => region[usize::from(axis)],
-            Operand::Uniform(i) => Interval::point(uniforms[i as usize]),
-            Operand::Value(i) => all[i as usize],
-        };
-        let mut stands_for = Vec::with_capacity(self.instructions.len());
-        let mut any = false;
-        for (i, instruction) in self.instructions.iter().enumerate() {
-            // What it stands for comes earlier, and has been resolved.
-            let resolved = match decided(instruction, get) {
-                Some(Operand::Value(j)) => Some(stands_for[j as usize]),
-                other => other,
-            };
-            any |= resolved.is_some();
-            stands_for.push(resolved.unwrap_or(Operand::Value(i as u32)));
-        }
-        // Leaves that are simpler there.
-        let mut leaves = self.leaves.to_vec();
-        for instruction in &self.instructions {
-            if let Op::Leaf(leaf) = instruction.op
-                && let Some(simpler) = leaves[leaf as usize].within(instruction.operands.map(get))
-            {
-                // A leaf that stands in two places must be the same in both.
-                let places = self.instructions.iter().filter(|i| i.op == instruction.op).count();
-                if places == 1 {
-                    leaves[leaf as usize] = simpler;
-                    any = true;
-                }
-            }
-        }
-        any.then(|| {
-            let resolve = |operand| match operand {
-                Operand::Value(i) => stands_for[i as usize],
-                other => other,
-            };
-            let instructions =
-                self.instructions.iter().map(|i| Instruction { op: i.op, operands: i.operands.map(resolve) });
-            Tape { leaves: leaves.into(), instructions: instructions.collect(), root: resolve(self.root) }
-                .without_dead()
-        })
-    }
-
     /// The leaf that the whole is, at the point itself, if it is one and no more.
     pub fn only_leaf(&self) -> Option<&Arc<dyn Leaf>> {
         match self.instructions[..] {
@@ -150,71 +104,6 @@ impl Tape {
             }
             _ => None,
         }
-    }
-
-    /// The tape without operations that nothing uses.
-    #[must_use]
-    pub(super) fn without_dead(self) -> Tape {
-        let mut live = vec![false; self.instructions.len()];
-        let mark = |live: &mut [bool], operand| {
-            if let Operand::Value(i) = operand {
-                live[i as usize] = true;
-            }
-        };
-        mark(&mut live, self.root);
-        for (i, instruction) in self.instructions.iter().enumerate().rev() {
-            if live[i] {
-                instruction.operands().iter().for_each(|&operand| mark(&mut live, operand));
-            }
-        }
-        let mut places = vec![0; live.len()];
-        let mut instructions = Vec::new();
-        // Operands beyond the arity may name dead ones; they are made harmless.
-        let place = |places: &[u32], operand| match operand {
-            Operand::Value(i) => Operand::Value(places[i as usize]),
-            other => other,
-        };
-        for (i, instruction) in self.instructions.iter().enumerate() {
-            if live[i] {
-                places[i] = instructions.len() as u32;
-                let mut operands = [Operand::Uniform(0); 3];
-                for (to, &from) in operands.iter_mut().zip(instruction.operands()) {
-                    *to = place(&places, from);
-                }
-                instructions.push(Instruction { op: instruction.op, operands });
-            }
-        }
-        Tape { root: place(&places, self.root), leaves: self.leaves, instructions }
-    }
-}
-
-/// What an operation stands for throughout a box, if that is decided there: one of its operands, whose bounds `get` gives.
-/// NaN is excluded where both intervals are bounded.
-#[inline(always)]
-pub(super) fn decided(instruction: &Instruction, get: impl Fn(Operand) -> Interval) -> Option<Operand> {
-    let [a, b, c] = instruction.operands;
-    let below = |a: Operand, b: Operand| {
-        let (a, b) = (get(a), get(b));
-        a.is_bounded() && b.is_bounded() && a.hi < b.lo
-    };
-    match instruction.op {
-        Op::Binary(Binary::Min) if below(a, b) => Some(a),
-        Op::Binary(Binary::Min) if below(b, a) => Some(b),
-        Op::Binary(Binary::Max) if below(a, b) => Some(b),
-        Op::Binary(Binary::Max) if below(b, a) => Some(a),
-        Op::Select => {
-            let condition = get(a);
-            if !condition.is_bounded() {
-                None
-            } else if condition.lo > 0.0 || condition.hi < 0.0 {
-                Some(b)
-            } else if condition.lo == 0.0 && condition.hi == 0.0 {
-                Some(c)
-            } else {
-                None
-            }
-        }
-        _ => None,
     }
 }
 

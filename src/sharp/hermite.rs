@@ -136,7 +136,7 @@ impl Scene<'_> {
     pub fn nearby(&self, brick: u32) -> Nearby<'_> {
         let low = self.params.brick_origin(brick);
         let high = (low + 8).min(UVec3::from(self.params.points) - 1);
-        let here = self.surface.of(self.culled.fields.field_in(&self.params, brick, self.surface.field()));
+        let here = self.surface.of(self.culled.fields.of_block(&self.params, brick, self.surface.field()));
         Nearby { frame: &self.frame, here, whole: self.surface, low: low.as_dvec3(), high: high.as_dvec3() }
     }
 }
@@ -144,7 +144,7 @@ impl Scene<'_> {
 /// Samples a brick, and refines its crossings.
 pub fn brick_data(scene: &Scene<'_>, brick: u32, sampler: &mut Sampler) -> Result<BrickData, NoForm> {
     let Scene { params, inside, culled, surface, frame } = scene;
-    let here = culled.fields.field_in(params, brick, surface.field());
+    let here = culled.fields.of_block(params, brick, surface.field());
     let samples = sampler.brick(params, here, brick, || 1)?;
     let origin = params.brick_origin(brick);
     let mut data = BrickData::default();

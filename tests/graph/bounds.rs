@@ -50,6 +50,44 @@ fn of_random_expressions() {
     assert!(pruned > 5_000 && bounded > 20_000, "{pruned} boxes pruned, {bounded} with bounds");
 }
 
+/// Of a minimum of many, however nested, a box keeps those alone that are not over some other one. Goes red when each minimum looks at its
+/// own two operands alone: half of the line is kept, since it comes nearer step by step.
+#[test]
+fn many_operands() {
+    const COUNT: usize = 300;
+    let part = |i: usize| {
+        let far = (i as f64 - COUNT as f64 / 2.0) / 10.0;
+        (x() - far).square() + y().square() + z().square()
+    };
+    let balanced = |mut parts: Vec<Expr>| {
+        while parts.len() > 1 {
+            parts = parts.chunks(2).map(|two| two.iter().cloned().reduce(|a, b| a.min(b)).unwrap()).collect();
+        }
+        parts.remove(0)
+    };
+    let parts = || (0..COUNT).map(part);
+    let least = |low: f32| [low, 0.0, 0.0].map(|low| Interval::new(low, low + 0.4));
+    for (name, expr) in [
+        ("from the first on", parts().reduce(|a, b| a.min(b)).unwrap()),
+        ("from the last on", parts().rev().reduce(|a, b| b.min(a)).unwrap()),
+        ("balanced", balanced(parts().collect())),
+        ("of maxima", -parts().map(|part| -part).reduce(|a, b| a.max(b)).unwrap()),
+        ("used twice", {
+            let all = parts().reduce(|a, b| a.min(b)).unwrap();
+            all.min(part(0).square()) + all.max(0.01)
+        }),
+    ] {
+        let whole = field(&expr);
+        let simpler = whole.within(least(0.0)).field.expect(name);
+        let kept = simpler.as_graph().unwrap().operations();
+        assert!(8 * kept < whole.operations(), "{name}: {kept} of {} operations", whole.operations());
+        let mut random = Random(5);
+        let points: Vec<[f32; 3]> = (0..500).map(|_| [0; 3].map(|_| random.unit() * 0.4)).collect();
+        assert_eq!(values(&whole, &points), values(&*simpler, &points), "{name}");
+        assert_eq!(gradients(&whole, &points), gradients(&*simpler, &points), "{name}");
+    }
+}
+
 /// Whole expressions give the same bits on a software GPU, sums and products in whatever order they stand.
 ///
 /// Goes red when `hide_operations` (src/gpu/exact.rs) leaves sums as they are: Mesa reorders them.

@@ -4,6 +4,7 @@ use crate::{common, field};
 use glam::Vec3;
 use isoforge::extract::{Extractor, Options, Source, extract_on_cpu};
 use isoforge::field::Field;
+use isoforge::graph::blobs::skeleton::polyline_square;
 use isoforge::graph::blobs::{Blobs, Component, Kernel};
 use isoforge::graph::{Expr, x, y, z};
 use isoforge::grid::Grid;
@@ -123,4 +124,27 @@ fn long_fields_have_the_same_bounds_on_the_adapter() {
             }
         }
     }
+}
+
+/// The points of a line that winds up around the z axis, closer together than any box that is pruned is large.
+fn helix(count: usize) -> impl Iterator<Item = [f32; 3]> {
+    (0..count).map(move |i| {
+        let (part, turn) = (i as f32 / count as f32, i as f32 * 0.15);
+        [turn.cos() * (0.3 + 0.6 * part), turn.sin() * (0.3 + 0.6 * part), 2.0 * part - 1.0]
+    })
+}
+
+/// Fields of many parts are pruned for each brick, too. Goes red when a brick gets the field of the one before, and when its box is
+/// taken a cell too small.
+#[test]
+fn long_fields_brick_by_brick() {
+    let line = polyline_square(helix(400)).unwrap() - 0.01;
+    let field = field(&line);
+    let grid = Grid::from_bounds([60, 70, 80], Vec3::splat(-1.2), Vec3::splat(1.2)).unwrap();
+    let source = Source::Field(&field as &dyn Field, grid);
+    let with = Options::new(0.0);
+    let (culled, active, _) = on_cpu(&source, &with);
+    let (all, bricks, _) = on_cpu(&source, &Options { cull: false, ..with });
+    assert!(culled == all && culled.triangles.len() > 5000, "{} triangles", culled.triangles.len());
+    assert!(2 * active < bricks, "{active} of {bricks}");
 }

@@ -45,18 +45,66 @@ impl Culled {
     }
 }
 
+/// Operations from which on a field is pruned once more for each brick. That takes as long as to evaluate it at some 64 points, of 729 in the
+/// brick.
+const LONG: usize = 256;
+
+/// Whether pruning a field for a brick may save more than it takes.
+fn is_long(field: &dyn Field) -> bool {
+    field.as_graph().is_some_and(|field| field.operations() >= LONG && field.has_choices())
+}
+
+fn operations(field: &dyn Field) -> usize {
+    field.as_graph().map_or(0, GraphField::operations)
+}
+
+/// The field in a brick.
+pub enum FieldIn<'a> {
+    /// That of all bricks around.
+    Block(&'a dyn Field),
+    /// Pruned for this one.
+    Brick(Arc<dyn Field>),
+}
+
+impl FieldIn<'_> {
+    /// The field itself.
+    pub fn get(&self) -> &dyn Field {
+        match self {
+            Self::Block(field) => *field,
+            Self::Brick(field) => &**field,
+        }
+    }
+}
+
 /// Pruned fields by the number of the block of bricks that they hold in; none where the whole field does.
 #[derive(Debug, Default)]
 pub struct BlockFields(HashMap<u32, Arc<dyn Field>>);
 
 impl BlockFields {
     /// A field that is the same as the whole one in that brick.
-    pub fn field_in<'a>(&'a self, params: &Params, brick: u32, whole: &'a dyn Field) -> &'a dyn Field {
+    pub fn field_in<'a>(&'a self, params: &Params, brick: u32, whole: &'a dyn Field) -> FieldIn<'a> {
+        let of_block = self.of_block(params, brick, whole);
+        let own = || {
+            let first = params.brick_origin(brick) / 8;
+            let own = of_block.within(region(params, first, first + 1)).field?;
+            (2 * operations(&*own) <= operations(of_block)).then_some(own)
+        };
+        let own = if self.prunes_bricks(of_block) { own() } else { None };
+        own.map_or(FieldIn::Block(of_block), FieldIn::Brick)
+    }
+
+    /// The field that all bricks of a brick's block have in common.
+    pub fn of_block<'a>(&'a self, params: &Params, brick: u32, whole: &'a dyn Field) -> &'a dyn Field {
         if self.0.is_empty() {
             return whole;
         }
         let block = block_of(params, params.brick_origin(brick) / 8);
         self.0.get(&block).map_or(whole, |field| &**field)
+    }
+
+    /// Whether the bricks of a block with this field may have fields of their own.
+    pub fn prunes_bricks(&self, of_block: &dyn Field) -> bool {
+        !self.0.is_empty() && is_long(of_block)
     }
 
     /// Prunes `whole` in those blocks of `bricks` that are not in `seen` yet.
@@ -190,8 +238,8 @@ impl Descent<'_> {
         {
             found.fields.0.insert(block_of(self.params, first), pruned.clone());
         }
-        // Blocks are divided into bricks at once, larger boxes into eight.
-        let (parts, next) = if side == BLOCK { (BLOCK, 1) } else { (2, side / 2) };
+        // Blocks are divided into bricks at once, larger boxes and long fields into eight.
+        let (parts, next) = if side == BLOCK && !is_long(field) { (BLOCK, 1) } else { (2, side / 2) };
         let here = Here { field, pruned, before };
         let of_part = |i: u32, found: &mut Culled| {
             let place = UVec3::new(i % parts, i / parts % parts, i / (parts * parts));

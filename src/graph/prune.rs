@@ -1,0 +1,183 @@
+//! Tapes pruned to what matters in a box of points (Duff 1992, "Interval arithmetic and recursive subdivision for implicit functions and
+//! constructive solid geometry").
+//!
+//! A minimum is decided where one operand lies above the other. Of minima of minima any operand may be what all others lie above, however
+//! they are nested: so each minimum hands down to its operands how large their values may be and still matter, and maxima likewise. What is
+//! left out never changes the value of the whole: of a value that matters its operation gives the same, of another one
+//! again one that does not matter.
+
+use super::interval::Interval;
+use super::leaf::Leaf;
+use super::ops::Binary;
+use super::tape::{Instruction, Op, Operand, Tape};
+use std::sync::Arc;
+
+/// From where to where a value matters: above and below its operation may as well give another one that lies there.
+type Matters = [f32; 2];
+
+/// Every value matters, and NaN.
+pub(super) const ALL: Matters = [f32::NEG_INFINITY, f32::INFINITY];
+
+/// What pruning finds of an operation, from the last to the first.
+#[derive(Clone, Copy)]
+struct Found {
+    matters: Matters,
+    /// Whether anything takes it.
+    is_live: bool,
+    /// The operand that it stands for, if it is decided.
+    stands_for: Option<Operand>,
+}
+
+impl Tape {
+    /// A shorter tape that has the same values throughout a box of points, whose intervals are `all`: of each
+    /// minimum, maximum and choice that is decided there, only what it takes is kept. `None` if there is none.
+    #[must_use]
+    pub fn pruned(&self, uniforms: &[f32], region: [Interval; 3], all: &[Interval]) -> Option<Tape> {
+        let get = |operand| match operand {
+            Operand::Axis(axis) => region[usize::from(axis)],
+            Operand::Uniform(i) => Interval::point(uniforms[i as usize]),
+            Operand::Value(i) => all[i as usize],
+        };
+        let found = found(self, get);
+        let leaves = self.simpler_leaves(&found, get);
+        if leaves.is_none() && found.iter().all(|found| found.stands_for.is_none()) {
+            return None;
+        }
+        // Where each operation is found in the shorter tape.
+        let mut places: Vec<Operand> = Vec::with_capacity(found.len());
+        let place = |places: &[Operand], operand| match operand {
+            Operand::Value(i) => places[i as usize],
+            other => other,
+        };
+        let mut instructions = Vec::new();
+        for (instruction, found) in self.instructions.iter().zip(&found) {
+            let here = match found.stands_for {
+                Some(operand) => place(&places, operand),
+                None => Operand::Value(instructions.len() as u32),
+            };
+            if found.is_live && found.stands_for.is_none() {
+                // Operands beyond the arity may name what is gone; they are made harmless.
+                let mut operands = [Operand::Uniform(0); 3];
+                for (to, &from) in operands.iter_mut().zip(instruction.operands()) {
+                    *to = place(&places, from);
+                }
+                instructions.push(Instruction { op: instruction.op, operands });
+            }
+            places.push(here);
+        }
+        let leaves = leaves.map_or_else(|| self.leaves.clone(), Into::into);
+        Some(Tape { root: place(&places, self.root), leaves, instructions })
+    }
+
+    /// The leaves, if any is simpler in a box whose bounds `get` gives.
+    fn simpler_leaves(
+        &self,
+        found: &[Found],
+        get: impl Fn(Operand) -> Interval,
+    ) -> Option<Vec<Arc<dyn Leaf>>> {
+        if self.leaves.is_empty() {
+            return None;
+        }
+        let live = || self.instructions.iter().zip(found).filter(|(_, found)| found.is_live);
+        let mut places = vec![0; self.leaves.len()];
+        for (instruction, _) in live() {
+            if let Op::Leaf(leaf) = instruction.op {
+                places[leaf as usize] += 1;
+            }
+        }
+        let mut leaves = None;
+        for (instruction, _) in live() {
+            // A leaf that stands in two places must be the same in both.
+            if let Op::Leaf(leaf) = instruction.op
+                && places[leaf as usize] == 1
+                && let Some(simpler) = self.leaves[leaf as usize].within(instruction.operands.map(&get))
+            {
+                leaves.get_or_insert_with(|| self.leaves.to_vec())[leaf as usize] = simpler;
+            }
+        }
+        leaves
+    }
+}
+
+/// Which operations matter to the whole, and how, in a box whose bounds `get` gives.
+fn found(tape: &Tape, get: impl Fn(Operand) -> Interval) -> Vec<Found> {
+    // Nothing takes it yet.
+    let none = Found { matters: [f32::INFINITY, f32::NEG_INFINITY], is_live: false, stands_for: None };
+    let mut found = vec![none; tape.instructions.len()];
+    let take = |found: &mut [Found], operand, [low, high]: Matters| {
+        if let Operand::Value(i) = operand {
+            let known = &mut found[i as usize];
+            known.is_live = true;
+            known.matters = [known.matters[0].min(low), known.matters[1].max(high)];
+        }
+    };
+    take(&mut found, tape.root, ALL);
+    for (i, instruction) in tape.instructions.iter().enumerate().rev() {
+        let Found { matters, is_live, .. } = found[i];
+        if !is_live {
+            continue;
+        }
+        if let Some(operand) = decided(instruction, matters, &get) {
+            found[i].stands_for = Some(operand);
+            take(&mut found, operand, matters);
+            continue;
+        }
+        let [low, high] = matters;
+        let [a, b, _] = instruction.operands;
+        match instruction.op {
+            Op::Binary(op @ (Binary::Min | Binary::Max)) if get(a).is_bounded() && get(b).is_bounded() => {
+                for (operand, other) in [(a, get(b)), (b, get(a))] {
+                    let matters = match op {
+                        Binary::Min => [f32::NEG_INFINITY, high.min(other.hi)],
+                        _ => [low.max(other.lo), f32::INFINITY],
+                    };
+                    take(&mut found, operand, matters);
+                }
+            }
+            _ => instruction.operands().iter().for_each(|&operand| take(&mut found, operand, ALL)),
+        }
+    }
+    found
+}
+
+/// What an operation stands for throughout a box, if that is decided there: one of its operands, whose bounds `get` gives.
+/// NaN is excluded where both intervals are bounded.
+#[inline(always)]
+pub(super) fn decided(
+    instruction: &Instruction,
+    [low, high]: Matters,
+    get: impl Fn(Operand) -> Interval,
+) -> Option<Operand> {
+    let [a, b, c] = instruction.operands;
+    match instruction.op {
+        Op::Binary(op @ (Binary::Min | Binary::Max)) => {
+            let [in_a, in_b] = [get(a), get(b)];
+            let is_left_out = |one: Interval, other: Interval| match op {
+                Binary::Min => one.lo > high.min(other.hi),
+                _ => one.hi < low.max(other.lo),
+            };
+            if !in_a.is_bounded() || !in_b.is_bounded() {
+                None
+            } else if is_left_out(in_a, in_b) {
+                Some(b)
+            } else if is_left_out(in_b, in_a) {
+                Some(a)
+            } else {
+                None
+            }
+        }
+        Op::Select => {
+            let condition = get(a);
+            if !condition.is_bounded() {
+                None
+            } else if condition.lo > 0.0 || condition.hi < 0.0 {
+                Some(b)
+            } else if condition.lo == 0.0 && condition.hi == 0.0 {
+                Some(c)
+            } else {
+                None
+            }
+        }
+        _ => None,
+    }
+}
