@@ -1,7 +1,8 @@
 //! Where a field's surface lies, found by its intervals or by samples.
 
-use super::{Field, Points, Sense, Within};
-use crate::graph::interval::Interval;
+use super::{Field, Points, Sense};
+use crate::graph::GraphField;
+use crate::graph::interval::{ALL, Interval};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -134,29 +135,33 @@ enum Found {
     Unknown,
 }
 
-/// A box that the surface may be in: its lowest corner, what the field takes there, and the field as it is pruned to it, if that makes it
-/// simpler.
+/// Operations of all pruned fields of a level together: some 250 MB.
+const ROOM: usize = 1 << 23;
+
+/// A box that the surface may be in.
 struct Part {
+    /// Its lowest corner.
     low: Vec3,
+    /// What the field takes there.
     range: Interval,
+    /// The field as it is pruned to the box around, if that makes it much simpler: one for all parts of that box.
     field: Option<Arc<dyn Field>>,
 }
 
-impl Part {
-    fn new(field: &dyn Field, pruned: Option<&Arc<dyn Field>>, low: Vec3, size: f32) -> Self {
-        let region = [0, 1, 2].map(|k| Interval { lo: low[k], hi: low[k] + size });
-        let Within { range, field } = pruned.map_or(field, |pruned| &**pruned).within(region);
-        Self { low, range, field: field.or(pruned.cloned()) }
-    }
+fn region(low: Vec3, size: f32) -> [Interval; 3] {
+    [0, 1, 2].map(|k| Interval { lo: low[k], hi: low[k] + size })
+}
 
-    fn is_outer(&self, size: f32, farthest: f32) -> bool {
-        self.low.abs().max((self.low + size).abs()).max_element() >= farthest
-    }
+/// A field as it is pruned to a box, if it then has half of its operations or less, and `most` at most.
+fn much_simpler(field: &dyn Field, region: [Interval; 3], most: usize) -> Option<Arc<dyn Field>> {
+    let operations = |field: &dyn Field| field.as_graph().map_or(0, GraphField::operations);
+    let own = field.within(region).field?;
+    (operations(&*own) <= most.min(operations(field) / 2)).then_some(own)
 }
 
 fn within(field: &dyn Field, iso: f32, farthest: f32) -> Found {
     let mut size = 2.0 * farthest;
-    let mut boxes = vec![Part::new(field, None, Vec3::splat(-farthest), size)];
+    let mut boxes = vec![Part { low: Vec3::splat(-farthest), range: ALL, field: None }];
     let around = |boxes: &[Part], size: f32| {
         let low = boxes.iter().map(|part| part.low).reduce(Vec3::min)?;
         let high = boxes.iter().map(|part| part.low).reduce(Vec3::max)?;
@@ -164,18 +169,25 @@ fn within(field: &dyn Field, iso: f32, farthest: f32) -> Found {
     };
     loop {
         size *= 0.5;
+        let most = ROOM / boxes.len();
         let parts = |whole: &Part| {
-            let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
-            let parts = (0..8)
-                .map(|i| Part::new(field, whole.field.as_ref(), whole.low + corner(i) * size, size))
-                .filter(|part| part.range.lo <= iso && part.range.hi >= iso);
-            parts.collect::<Vec<_>>()
+            let around = whole.field.as_deref().unwrap_or(field);
+            let own = much_simpler(around, region(whole.low, 2.0 * size), most).or(whole.field.clone());
+            let here = own.as_deref().unwrap_or(field);
+            let part = |i: u32| {
+                let low = whole.low + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * size;
+                let range = here.range(region(low, size));
+                (range.lo <= iso && range.hi >= iso).then(|| Part { low, range, field: own.clone() })
+            };
+            (0..8).filter_map(part).collect::<Vec<_>>()
         };
         boxes = boxes.par_iter().flat_map_iter(parts).collect();
         let Some([low, high]) = around(&boxes, size) else { return Found::Nothing };
         let extent = (high - low).max_element();
         if boxes.len() > MANY || size <= extent * FINEST {
-            let mut outer = boxes.iter().filter(|part| part.is_outer(size, farthest));
+            let is_outer =
+                |part: &&Part| part.low.abs().max((part.low + size).abs()).max_element() >= farthest;
+            let mut outer = boxes.iter().filter(is_outer);
             return match outer.next() {
                 None => Found::Box([low, high]),
                 Some(first) if first.range.is_bounded() || outer.any(|part| part.range.is_bounded()) => {
