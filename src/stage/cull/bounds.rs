@@ -209,7 +209,7 @@ impl Descent<'_> {
             }
             region = region.map(|side| iv::add(side, Interval::new(-self.reach, self.reach)));
         }
-        // Bricks have the fields of their blocks: nothing is pruned for one.
+        // Of bricks no pruned field is kept: there are too many (`BlockFields::field_in`).
         let is_brick = side == 1;
         let Within { range, field: simpler } = if is_brick {
             Within { range: here.field.range(region), field: None }
