@@ -14,6 +14,8 @@ const FARTHEST: [f32; 3] = [1_048_576.0, 4096.0, 128.0];
 const MANY: usize = 3000;
 /// How small boxes get, as a part of what is left.
 const FINEST: f32 = 1.0 / 48.0;
+/// How often the cube is halved at first, at most.
+const SHELLS: u32 = 30;
 
 /// A box around all of the surface where the field is `iso`, a few hundredths too large, if bounds of the field tell:
 /// `None` of surfaces without an end or without bounds, and where there is none. More than 10⁶ from the origin is not looked.
@@ -135,7 +137,7 @@ enum Found {
     Unknown,
 }
 
-/// Operations of all pruned fields of a level together: some 250 MB.
+/// Operations of all pruned fields that a level leaves to the next together: some 250 MB.
 const ROOM: usize = 1 << 23;
 
 /// A box that the surface may be in.
@@ -144,7 +146,7 @@ struct Part {
     low: Vec3,
     /// What the field takes there.
     range: Interval,
-    /// The field as it is pruned to the box around, if that makes it much simpler: one for all parts of that box.
+    /// The field as it is pruned to the box around or one around that, if that makes it much simpler: one for all parts of that box.
     field: Option<Arc<dyn Field>>,
 }
 
@@ -152,16 +154,41 @@ fn region(low: Vec3, size: f32) -> [Interval; 3] {
     [0, 1, 2].map(|k| Interval { lo: low[k], hi: low[k] + size })
 }
 
-/// A field as it is pruned to a box, if it then has half of its operations or less, and `most` at most.
-fn much_simpler(field: &dyn Field, region: [Interval; 3], most: usize) -> Option<Arc<dyn Field>> {
-    let operations = |field: &dyn Field| field.as_graph().map_or(0, GraphField::operations);
-    let own = field.within(region).field?;
-    (operations(&*own) <= most.min(operations(field) / 2)).then_some(own)
+fn operations(field: &dyn Field) -> usize {
+    field.as_graph().map_or(0, GraphField::operations)
+}
+
+/// A field as it is pruned to a box, if it then has half of its operations or less.
+fn much_simpler(field: &dyn Field, region: [Interval; 3]) -> Option<Arc<dyn Field>> {
+    field.within(region).field.filter(|own| operations(&**own) <= operations(field) / 2)
+}
+
+/// Half the edges of a cube around the origin, smaller by halves, outside of which bounds show nothing of the surface that the
+/// cube of `half` may hold: a shell around it takes six boxes, where its parts are 56.
+fn without_shells(field: &dyn Field, iso: f32, mut half: f32) -> f32 {
+    let is_empty = |half: f32, face: usize| {
+        let mut region = [Interval::new(-half, half); 3];
+        let (near, far) = (0.5 * half, half);
+        region[face / 2] = [Interval::new(-far, -near), Interval::new(near, far)][face % 2];
+        !may_hold(iso, field.range(region))
+    };
+    for _ in 0..SHELLS {
+        if !(0..6).into_par_iter().all(|face| is_empty(half, face)) {
+            break;
+        }
+        half *= 0.5;
+    }
+    half
+}
+
+fn may_hold(iso: f32, range: Interval) -> bool {
+    range.lo <= iso && range.hi >= iso
 }
 
 fn within(field: &dyn Field, iso: f32, farthest: f32) -> Found {
-    let mut size = 2.0 * farthest;
-    let mut boxes = vec![Part { low: Vec3::splat(-farthest), range: ALL, field: None }];
+    let half = without_shells(field, iso, farthest);
+    let mut size = 2.0 * half;
+    let mut boxes = vec![Part { low: Vec3::splat(-half), range: ALL, field: None }];
     let around = |boxes: &[Part], size: f32| {
         let low = boxes.iter().map(|part| part.low).reduce(Vec3::min)?;
         let high = boxes.iter().map(|part| part.low).reduce(Vec3::max)?;
@@ -172,12 +199,13 @@ fn within(field: &dyn Field, iso: f32, farthest: f32) -> Found {
         let most = ROOM / boxes.len();
         let parts = |whole: &Part| {
             let around = whole.field.as_deref().unwrap_or(field);
-            let own = much_simpler(around, region(whole.low, 2.0 * size), most).or(whole.field.clone());
-            let here = own.as_deref().unwrap_or(field);
+            let own = much_simpler(around, region(whole.low, 2.0 * size));
+            let here = own.as_deref().unwrap_or(around);
+            let kept = own.as_ref().filter(|own| operations(&***own) <= most).or(whole.field.as_ref());
             let part = |i: u32| {
                 let low = whole.low + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * size;
                 let range = here.range(region(low, size));
-                (range.lo <= iso && range.hi >= iso).then(|| Part { low, range, field: own.clone() })
+                may_hold(iso, range).then(|| Part { low, range, field: kept.cloned() })
             };
             (0..8).filter_map(part).collect::<Vec<_>>()
         };
@@ -236,6 +264,24 @@ mod tests {
         let cube = x().powi(8) + y().powi(8) + z().powi(8);
         is_close(found(&cube, 1.0), [-1.0; 3], [1.0; 3]);
         is_close(found(&blobs.expr(), 0.5), [49.0; 3], [61.0, 51.0, 51.0]);
+    }
+
+    /// The largest cube that is left holds all of the surface, and the next would not, or bounds cannot tell.
+    #[test]
+    fn shells_without_surface_are_left_out() {
+        let left = |expr: &Expr| without_shells(&GraphField::new(expr, Sense::Below), 0.0, 4096.0);
+        for (radius, half) in [(0.9, 1.0), (1.1, 2.0), (1000.0, 1024.0), (4000.0, 4096.0), (5000.0, 4096.0)] {
+            assert_eq!(left(&sphere(radius)), half, "{radius}");
+            for axis in 0..3 {
+                for sign in [1.0, -1.0] {
+                    let mut at = [0.0; 3];
+                    at[axis] = sign * 0.9 * radius;
+                    assert_eq!(left(&sphere(0.1 * radius).translate(at)), half, "{radius} {at:?}");
+                }
+            }
+        }
+        assert_eq!(left(&infinite_cylinder(1.0)), 4096.0);
+        assert!(left(&(sphere(1.0) + 1.0)) < 1.0);
     }
 
     /// Of deformed solids intervals know little where it matters, and nothing of spheres as large as the cubes that they are tried on.

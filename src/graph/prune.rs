@@ -2,7 +2,9 @@
 //! constructive solid geometry").
 //!
 //! A minimum is decided where one operand lies above the other. Of minima of minima any operand may be what all others lie above, however
-//! they are nested: so each minimum hands down to its operands how large their values may be and still matter, and maxima likewise. What is
+//! they are nested: so each minimum hands down to its operands how large their values may be and still matter, and maxima likewise. So do
+//! comparisons, and products with a positive factor hand on what they are told: of the kernels of blobs, which are 0 from their radius on,
+//! no skeleton counts that is farther away. What is
 //! left out never changes the value of the whole: of a value that matters its operation gives the same, of another one
 //! again one that does not matter.
 
@@ -134,10 +136,36 @@ fn found(tape: &Tape, get: impl Fn(Operand) -> Interval) -> Vec<Found> {
                     take(&mut found, operand, matters);
                 }
             }
+            Op::Binary(Binary::Less | Binary::LessEqual) if get(a).is_bounded() && get(b).is_bounded() => {
+                take(&mut found, a, [get(b).lo, get(b).hi]);
+                take(&mut found, b, [get(a).lo, get(a).hi]);
+            }
+            Op::Binary(Binary::Mul) if get(a).is_bounded() && get(b).is_bounded() => {
+                take(&mut found, a, of_factor(matters, get(b)));
+                take(&mut found, b, of_factor(matters, get(a)));
+            }
             _ => instruction.operands().iter().for_each(|&operand| take(&mut found, operand, ALL)),
         }
     }
     found
+}
+
+/// Where the values of a factor matter of which the product matters from `low` to `high`; a little more, since products are rounded.
+fn of_factor([low, high]: Matters, other: Interval) -> Matters {
+    /// 2⁻²⁰, of the number itself.
+    const ROUNDING: f32 = 1.0 / 1_048_576.0;
+    /// Products of larger numbers are over zero for every factor that is not left alone.
+    const LEAST: f32 = 1e-20;
+    // Larger and smaller factors, whose products may leave the range of numbers, are left alone.
+    if other.lo < 1e-12 || other.hi > 1e12 {
+        return ALL;
+    }
+    // Every larger factor makes a product over `high`.
+    let over = |high: f32| {
+        let quotient = high / if high < 0.0 { other.hi } else { other.lo };
+        quotient + quotient.abs() * ROUNDING + LEAST
+    };
+    [-over(-low), over(high)]
 }
 
 /// What an operation stands for throughout a box, if that is decided there: one of its operands, whose bounds `get` gives.

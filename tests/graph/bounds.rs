@@ -3,7 +3,10 @@
 use crate::common::{self, Random};
 use crate::{field, gradients, on_gpu, reference, values};
 use isoforge::field::Field;
+use isoforge::graph::blobs::skeleton::{kernel_expr, segment_square};
+use isoforge::graph::blobs::{BLOBBY, Kernel};
 use isoforge::graph::interval::Interval;
+use isoforge::graph::shapes::Vector;
 use isoforge::graph::{Expr, x, y, z};
 
 /// 10⁵ random boxes: no value lies beyond the interval, and the field pruned to the box gives the same bits.
@@ -85,6 +88,39 @@ fn many_operands() {
         let points: Vec<[f32; 3]> = (0..500).map(|_| [0; 3].map(|_| random.unit() * 0.4)).collect();
         assert_eq!(values(&whole, &points), values(&*simpler, &points), "{name}");
         assert_eq!(gradients(&whole, &points), gradients(&*simpler, &points), "{name}");
+    }
+}
+
+/// Of the kernel around a line a box keeps those parts alone that are within the kernel's radius, and where none is, nothing of the line. Goes
+/// red without what comparisons and products hand down, and where a factor's limits are those of the product.
+#[test]
+fn what_kernels_reach() {
+    let segment = |i: usize| [i, i + 1].map(|i| [i as f64 / 10.0, 0.0, 0.0]);
+    let line = (0..300).map(|i| segment(i).map(Vector::from)).map(|[a, b]| segment_square(a, b));
+    let square = line.reduce(|a, b| a.min(b)).unwrap();
+    let mut random = Random(6);
+    for kernel in [Kernel::SoftObject, Kernel::Metaball, BLOBBY] {
+        for radius in [0.01, 0.3, 5.0] {
+            let whole = field(&kernel_expr(kernel, &square, radius));
+            for (low, reached) in [(0.2, true), (0.995, true), (1.1, false)] {
+                let low = low * radius;
+                let size = 0.5 * radius;
+                // As far as two radii from the line.
+                let region = [(10.0, size), (low, 2.0 * radius), (0.0, 0.1 * size)];
+                let region = region.map(|(low, size)| Interval::new(low as f32, (low + size) as f32));
+                let simpler = whole.within(region).field.unwrap();
+                let kept = simpler.as_graph().unwrap().operations();
+                // Of the line the parts within the radius of the box, or the kernel of a constant alone.
+                let parts = 10.0 * (2.0 * radius + size) + 2.0;
+                let most = if reached { parts * whole.operations() as f64 / 300.0 } else { 0.0 } + 16.0;
+                assert!(kept as f64 <= most, "{kernel:?} {radius}, {low}: {kept} of {most}");
+                let points: Vec<[f32; 3]> = (0..500)
+                    .map(|_| region.map(|r| (r.lo + random.unit() * (r.hi - r.lo)).min(r.hi)))
+                    .collect();
+                assert_eq!(values(&whole, &points), values(&*simpler, &points), "{kernel:?} {radius}");
+                assert_eq!(gradients(&whole, &points), gradients(&*simpler, &points), "{kernel:?} {radius}");
+            }
+        }
     }
 }
 
