@@ -20,6 +20,7 @@ mod noise;
 pub mod ops;
 mod prune;
 mod same;
+mod seam;
 pub mod shapes;
 pub mod tape;
 pub mod volume;

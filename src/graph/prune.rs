@@ -6,28 +6,45 @@
 //! comparisons, and products with a positive factor hand on what they are told: of the kernels of blobs, which are 0 from their radius on,
 //! no skeleton counts that is farther away. What is
 //! left out never changes the value of the whole: of a value that matters its operation gives the same, of another one
-//! again one that does not matter.
+//! again one that does not matter. Blends of two parts (`seam.rs`) hand down as minima and maxima do.
 
 use super::interval::Interval;
 use super::leaf::Leaf;
 use super::ops::Binary;
+use super::seam::Blend;
 use super::tape::{Instruction, Op, Operand, Tape};
 use std::sync::Arc;
 
 /// From where to where a value matters: above and below its operation may as well give another one that lies there.
-type Matters = [f32; 2];
+pub(super) type Matters = [f32; 2];
 
 /// Every value matters, and NaN.
 pub(super) const ALL: Matters = [f32::NEG_INFINITY, f32::INFINITY];
+
+/// By what an operation is taken.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Taken {
+    Not,
+    /// By the seams of blends alone.
+    BySeams,
+    ByItself,
+}
 
 /// What pruning finds of an operation, from the last to the first.
 #[derive(Clone, Copy)]
 struct Found {
     matters: Matters,
-    /// Whether anything takes it.
-    is_live: bool,
+    taken: Taken,
+    /// Whether the parts of a blend meet in it: what matters of these, the blend says.
+    is_meeting: bool,
     /// The operand that it stands for, if it is decided.
     stands_for: Option<Operand>,
+}
+
+impl Found {
+    fn is_live(&self) -> bool {
+        self.taken > Taken::Not
+    }
 }
 
 impl Tape {
@@ -57,7 +74,7 @@ impl Tape {
                 Some(operand) => place(&places, operand),
                 None => Operand::Value(instructions.len() as u32),
             };
-            if found.is_live && found.stands_for.is_none() {
+            if found.is_live() && found.stands_for.is_none() {
                 // Operands beyond the arity may name what is gone; they are made harmless.
                 let mut operands = [Operand::Uniform(0); 3];
                 for (to, &from) in operands.iter_mut().zip(instruction.operands()) {
@@ -80,7 +97,7 @@ impl Tape {
         if self.leaves.is_empty() {
             return None;
         }
-        let live = || self.instructions.iter().zip(found).filter(|(_, found)| found.is_live);
+        let live = || self.instructions.iter().zip(found).filter(|(_, found)| found.is_live());
         let mut places = vec![0; self.leaves.len()];
         for (instruction, _) in live() {
             if let Op::Leaf(leaf) = instruction.op {
@@ -103,25 +120,53 @@ impl Tape {
 
 /// Which operations matter to the whole, and how, in a box whose bounds `get` gives.
 fn found(tape: &Tape, get: impl Fn(Operand) -> Interval) -> Vec<Found> {
-    // Nothing takes it yet.
-    let none = Found { matters: [f32::INFINITY, f32::NEG_INFINITY], is_live: false, stands_for: None };
+    let none = Found {
+        matters: [f32::INFINITY, f32::NEG_INFINITY],
+        taken: Taken::Not,
+        is_meeting: false,
+        stands_for: None,
+    };
     let mut found = vec![none; tape.instructions.len()];
-    let take = |found: &mut [Found], operand, [low, high]: Matters| {
+    let take_by = |found: &mut [Found], by: Taken, operand, [low, high]: Matters| {
         if let Operand::Value(i) = operand {
             let known = &mut found[i as usize];
-            known.is_live = true;
+            known.taken = known.taken.max(by);
             known.matters = [known.matters[0].min(low), known.matters[1].max(high)];
         }
     };
+    let take = |found: &mut [Found], operand, matters| take_by(found, Taken::ByItself, operand, matters);
     take(&mut found, tape.root, ALL);
     for (i, instruction) in tape.instructions.iter().enumerate().rev() {
-        let Found { matters, is_live, .. } = found[i];
-        if !is_live {
+        let Found { matters, taken, is_meeting, .. } = found[i];
+        if taken == Taken::Not {
             continue;
         }
         if let Some(operand) = decided(instruction, matters, &get) {
             found[i].stands_for = Some(operand);
-            take(&mut found, operand, matters);
+            take_by(&mut found, taken, operand, matters);
+            continue;
+        }
+        if taken == Taken::BySeams {
+            for &operand in instruction.operands().iter().filter(|_| !is_meeting) {
+                take_by(&mut found, taken, operand, ALL);
+            }
+            continue;
+        }
+        if let Some(blend) = Blend::of(tape, instruction, &get) {
+            if let Some(operand) = blend.decided(matters, &get) {
+                found[i].stands_for = Some(operand);
+                take(&mut found, operand, matters);
+                continue;
+            }
+            for (operand, matters) in blend.hands_down(matters, &get) {
+                take(&mut found, operand, matters);
+            }
+            for meeting in blend.meetings {
+                found[meeting as usize].is_meeting = true;
+            }
+            for &operand in instruction.operands() {
+                take_by(&mut found, Taken::BySeams, operand, ALL);
+            }
             continue;
         }
         let [low, high] = matters;
