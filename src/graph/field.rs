@@ -178,7 +178,11 @@ impl Field for GraphField {
         let mut all = Vec::with_capacity(self.tape.instructions.len());
         let range = self.tape.interval(&self.uniforms, region, &mut all);
         let pruned = self.tape.pruned(&self.uniforms, region, &all);
-        let field = pruned.map(|tape| {
+        // What is computed of values that do not matter may be over all numbers.
+        let is_finite = |tape: &Tape, all: &mut Vec<Interval>| {
+            !range.is_bounded() || tape.interval(&self.uniforms, region, all).is_bounded()
+        };
+        let field = pruned.filter(|tape| is_finite(tape, &mut all)).map(|tape| {
             let (code, lattice) = (Arc::default(), Arc::default());
             Arc::new(Self { code, lattice, tape: Arc::new(tape), ..self.clone() }) as Arc<dyn Field>
         });

@@ -3,7 +3,7 @@
 //!
 //! A minimum is decided where one operand lies above the other. Of minima of minima any operand may be what all others lie above, however
 //! they are nested: so each minimum hands down to its operands how large their values may be and still matter, and maxima likewise. So do
-//! comparisons, and products with a positive factor hand on what they are told: of the kernels of blobs, which are 0 from their radius on,
+//! comparisons with numbers, and products with positive ones hand on what they are told: of the kernels of blobs, which are 0 from their radius on,
 //! no skeleton counts that is farther away. What is
 //! left out never changes the value of the whole: of a value that matters its operation gives the same, of another one
 //! again one that does not matter. Blends of two parts (`seam.rs`) hand down as minima and maxima do.
@@ -49,7 +49,9 @@ impl Found {
 
 impl Tape {
     /// A shorter tape that has the same values throughout a box of points, whose intervals are `all`: of each
-    /// minimum, maximum and choice that is decided there, only what it takes is kept. `None` if there is none.
+    /// minimum, maximum, blend and choice that is decided there, only what it takes is kept. `None` if there is none.
+    ///
+    /// What it has in place of values that do not matter may be infinite: not, if its own interval is bounded.
     #[must_use]
     pub fn pruned(&self, uniforms: &[f32], region: [Interval; 3], all: &[Interval]) -> Option<Tape> {
         let get = |operand| match operand {
@@ -181,13 +183,19 @@ fn found(tape: &Tape, get: impl Fn(Operand) -> Interval) -> Vec<Found> {
                     take(&mut found, operand, matters);
                 }
             }
-            Op::Binary(Binary::Less | Binary::LessEqual) if get(a).is_bounded() && get(b).is_bounded() => {
-                take(&mut found, a, [get(b).lo, get(b).hi]);
-                take(&mut found, b, [get(a).lo, get(a).hi]);
-            }
-            Op::Binary(Binary::Mul) if get(a).is_bounded() && get(b).is_bounded() => {
-                take(&mut found, a, of_factor(matters, get(b)));
-                take(&mut found, b, of_factor(matters, get(a)));
+            // With a number alone: of two operands that both may give others, a comparison or a product may not be what it was.
+            Op::Binary(op @ (Binary::Less | Binary::LessEqual | Binary::Mul))
+                if matches!((a, b), (Operand::Uniform(_), _) | (_, Operand::Uniform(_)))
+                    && get(a).is_bounded()
+                    && get(b).is_bounded() =>
+            {
+                for (operand, number) in [(a, get(b)), (b, get(a))] {
+                    let matters = match op {
+                        Binary::Mul => of_factor(matters, number),
+                        _ => [number.lo, number.hi],
+                    };
+                    take(&mut found, operand, matters);
+                }
             }
             _ => instruction.operands().iter().for_each(|&operand| take(&mut found, operand, ALL)),
         }
@@ -195,19 +203,19 @@ fn found(tape: &Tape, get: impl Fn(Operand) -> Interval) -> Vec<Found> {
     found
 }
 
-/// Where the values of a factor matter of which the product matters from `low` to `high`; a little more, since products are rounded.
-fn of_factor([low, high]: Matters, other: Interval) -> Matters {
-    /// 2⁻²⁰, of the number itself.
+/// Where the values of a factor matter of which the product with a number matters from `low` to `high`; a little more, since products are
+/// rounded.
+fn of_factor([low, high]: Matters, number: Interval) -> Matters {
+    /// 2⁻²⁰, of the limit itself.
     const ROUNDING: f32 = 1.0 / 1_048_576.0;
-    /// Products of larger numbers are over zero for every factor that is not left alone.
+    /// Of a limit that is 0; its product with any number that is let through is no denormal.
     const LEAST: f32 = 1e-20;
-    // Larger and smaller factors, whose products may leave the range of numbers, are left alone.
-    if other.lo < 1e-12 || other.hi > 1e12 {
+    if number.lo < 1e-12 || number.hi > 1e12 {
         return ALL;
     }
-    // Every larger factor makes a product over `high`.
+    // The product of every larger factor is over `high`.
     let over = |high: f32| {
-        let quotient = high / if high < 0.0 { other.hi } else { other.lo };
+        let quotient = high / number.lo;
         quotient + quotient.abs() * ROUNDING + LEAST
     };
     [-over(-low), over(high)]

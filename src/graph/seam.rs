@@ -2,9 +2,13 @@
 //! `s = max(r − |a − b|, 0)² c` is 0 from a distance r of the values on.
 //!
 //! From where on a part matters, minima say each by itself; of the seam, which takes both parts, nothing can be said alone. Of the two together:
-//! let the blend matter up to h. Of parts a > h + r, if b ≤ h it is b, without a seam; if b > h it is over h: either both values differ by r or more, and it
-//! is the smaller, or the smaller is a − d with a d below r, and then it is a − d − (r − d)² c > h + (r − d)(1 − (r − d) c), which is no less than h for r c ≤ 1
-//! (c is 1/4r). So a does not matter over h + r, and where b is never over its interval's end, not over that + r.
+//! let a union matter up to h. A part a > h + r does not matter:
+//! - if b ≤ h, the union is b, without a seam;
+//! - if b > h, the union is over h: where both differ by r or more it is the smaller one. Else the smaller one is over h + r − d, d their difference,
+//!   and the seam (r − d)² c ≤ (r − d) r c, less than the r − d that is left: r c is 1/4, and 1/2 is let through.
+//!
+//! Neither does a part that is over the other's largest value + r. If both do not matter, both are over h + r, and the union is over h whatever they are.
+//! Of what is nothing but a part, intersections add a zero, which makes 0 of −0: they are not decided as a whole.
 
 use super::interval::Interval;
 use super::ops::{Binary, Unary};
@@ -69,9 +73,10 @@ impl Blend {
         let radius = matches!(radius, Operand::Uniform(_)).then(|| get(*radius))?;
         let is_seam = operands[..2] == [u, v]
             && zero == Interval::new(0.0, 0.0)
-            && radius.lo > 0.0
+            && radius.lo > 1e-18
+            && radius.hi < 1e18
             && factor.lo >= 0.0
-            && radius.hi * factor.hi < 0.9
+            && radius.hi * factor.hi <= 0.5
             // Where the seam has no end in the box, its square may come without the maximum, and grow again farther apart.
             && get(rest).lo <= 0.0
             && get(u).is_bounded()
@@ -103,11 +108,13 @@ impl Blend {
         })
     }
 
-    /// The part that the whole is, if the other matters nowhere in the box.
+    /// The part that a union is, if the other matters nowhere in the box.
     pub fn decided(&self, matters: Matters, get: impl Fn(Operand) -> Interval) -> Option<Operand> {
         let [(a, of_a), (b, of_b)] = self.hands_down(matters, &get);
-        let is_left_out = |part, [low, high]: Matters| get(part).lo > high || get(part).hi < low;
-        if is_left_out(a, of_a) {
+        let is_left_out = |part, [_, high]: Matters| get(part).lo > high;
+        if !self.is_union {
+            None
+        } else if is_left_out(a, of_a) {
             Some(b)
         } else if is_left_out(b, of_b) {
             Some(a)
